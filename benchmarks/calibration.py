@@ -18,7 +18,7 @@ from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.calibration.before_calibration import ROLLOUTS
-from undertow.discovery.calibration.calibrate import Fitted, calibrate, convex_step, rollout_step
+from undertow.discovery.calibration.calibrate import Fitted, Steps, calibrate
 from undertow.discovery.candidates.candidate import calibratable, nuisance_candidates
 from undertow.discovery.search.estimation import block_bootstrap
 from undertow.discovery.search.floating import Search
@@ -73,9 +73,9 @@ def horizons(worlds: int) -> None:
                 )
                 held = simulate_world(true, {}, duration=120.0, noise="clean", seed=1000 + seed).motion(0.05)
                 motion, pool = log.motion(0.05), nuisance_candidates(start, calibratable(start))
-                weak = convex_step([motion], start, pool, SETTINGS).lawful.vehicle
+                weak = Steps(start, pool, SETTINGS).convex([motion]).lawful.vehicle
                 both = [
-                    rollout_step([motion], weak, start, pool, shooting=replace(ROLLOUTS, horizon=horizon))
+                    Steps(start, pool, SETTINGS, replace(ROLLOUTS, horizon=horizon)).rollouts([motion], weak)
                     for horizon in (10.0, 5.0)
                 ]
                 long, brief = (rollout_squares([held], one.lawful.vehicle, 10.0).mean(axis=0) for one in both)
@@ -97,10 +97,11 @@ def steps(worlds: int, duration: float) -> None:
             held = simulate_world(true, {}, duration=120.0, noise="clean", seed=1000 + seed).motion(0.05)
             motion = log.motion(0.05)
             pool = nuisance_candidates(start, calibratable(start))
-            weak = convex_step([motion], start, pool, SETTINGS)
+            both = Steps(start, pool, SETTINGS)
+            weak = both.convex([motion])
             found = {"weak form, as it is": as_it_is(motion, start), "weak form": ends(weak)}
             try:
-                found["output error"] = ends(rollout_step([motion], weak.lawful.vehicle, start, pool))
+                found["output error"] = ends(both.rollouts([motion], weak.lawful.vehicle))
             except RequestError as error:
                 print(f"  seed {seed}: {error}")
             final = calibrate([motion], start)

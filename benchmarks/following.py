@@ -67,14 +67,14 @@ def follower_of(
     rows = round(RUN_IN / motion.time_step)
     first, settings = motion.slice(0, rows), AdaptSettings()
     known = learn_prior([first], nominal, pool, settings)
-    watch = rehearsed_watch([first], nominal, pool, known, settings, AlarmSettings())
+    watch = rehearsed_watch([first], known, AlarmSettings())
     rehearsed = 0, 0.0
     if runs and watch is not None:
-        later = informing_rows([motion.slice(rows, motion.time.size)], nominal, pool, known, settings)
+        later = informing_rows([motion.slice(rows, motion.time.size)], known)
         asked = AlarmSettings(seed=1)
-        again = SurrogateRuns(*later, known.amounts, settings.share, settings.weak.stride, asked, runs)
+        again = SurrogateRuns(*later, known, asked, runs)
         rehearsed = again.alarms(watch.widening), again.hours
-    return Follower(nominal, pool, known, settings, watch), rows, rehearsed
+    return Follower(known, watch), rows, rehearsed
 
 
 def updates_of(motion: Motion, nominal: Vehicle, runs: int = 0) -> tuple[Follower, list[Update], Rehearsed]:

@@ -12,7 +12,7 @@ from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
 from ..physics.errors import expect
 from ..physics.laws import audit as law_files
-from ..physics.laws.audit.base import Answers, Law, Proof, Ruling, Scope, Witness
+from ..physics.laws.audit.base import Law, Proof, Ruling, Witness
 from ..physics.laws.audit.bounded import possible_commands
 from ..physics.laws.audit.mass import PositiveMass
 from ..physics.laws.damping_power import Envelope, envelope_of
@@ -164,24 +164,22 @@ def witness_of(
     if commands is None and motions:
         commands = np.concatenate([m.commands for m in motions])
         commands = commands[:: -(-commands.shape[0] // _MOST_COMMANDS)]
-    answers = Answers(
+    return Witness(
+        model.vehicle,
+        envelope,
+        possible_commands(model.vehicle, seed) if commands is None else commands,
         model.settled,
         model.acceleration,
         rollout=None if formula or isinstance(model, FunctionModel) else model.rollout,
         exact=formula,
         own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
-        prove=partial(_proof, model),
+        proves=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
-    )
-    scope = Scope(
-        envelope,
-        possible_commands(model.vehicle, seed) if commands is None else commands,
         time_step=motions[0].time_step if motions else model.time_step,
         motions=tuple(motions),
         dense=_dense(model),
         seed=seed,
     )
-    return Witness(model.vehicle, answers, scope)
 
 
 def _dense(model: Model) -> int:

@@ -160,11 +160,12 @@ def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list
     list of Fitted
         One of each model, in their order.
     """
-    records = [logs_of(path, model) for path, model in models]
-    judged = _pairs(log_digests(paths if any(records) else ()))  # where no record is, no log need be read again
+    known = [_provenance(path, model) for path, model in models]
+    told = any(record for record, _ in known)
+    judged = _pairs(log_digests(paths if told else ()))  # where no record is, no log need be read again
     return [
-        Fitted(path, model, record, overlap(record, judged), _saw_everything(path, model))
-        for (path, model), record in zip(models, records, strict=True)
+        Fitted(path, model, record, overlap(record, judged), whole)
+        for (path, model), (record, whole) in zip(models, known, strict=True)
     ]
 
 
@@ -220,40 +221,23 @@ def overlap(record: Digests, judged: Digests) -> Overlap:
 
 def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
     """The logs that a model was fitted to, with their SHA-256 where its files know them; empty where none says."""
-    source = Path(path)
+    return _provenance(path, model)[0]
+
+
+def _provenance(path: str | os.PathLike[str], model: Model) -> tuple[Digests, bool]:
+    """See `logs_of`; and True where the model was fitted to every row of them, as a discovery that folds judged is."""
+    source, given = Path(path), bool(os.fspath(path))
     folder = source if source.is_dir() else source.parent
-    whole = source.is_dir() or source.name == SETTINGS
-    if os.fspath(path) and whole and is_network_folder(folder):
-        return _recorded(_read(folder / SETTINGS).get("training"))
-    if record := _run_record(path):
-        return _recorded(record)
-    # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
-    return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
-
-
-def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
-    """True when a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
-    if record := _run_record(path):
-        return record.get("judged_on") == FOLDS
-    return isinstance(model, VehicleModel) and any(every for every, _ in _logs_in_sources(model.vehicle))
-
-
-def _run_record(path: str | os.PathLike[str]) -> Plain:
-    """How a run was made, of its folder or of the model.yaml in it; nothing where it is no run."""
-    source = Path(path)
-    folder = source.parent if source.name == "model.yaml" else source
-    return _read(folder / "run.json") if os.fspath(path) else {}
-
-
-def _logs_in_sources(vehicle: Vehicle) -> list[tuple[str, str]]:
-    """What the sources of a vehicle say of logs: `WHOLE` or nothing, and their names."""
-    return re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
-
-
-def _named_in(vehicle: Vehicle) -> Digests:
-    """Names of logs in the sources of a vehicle."""
-    names = (name.strip(' "}') for _, logs in _logs_in_sources(vehicle) for name in logs.split(", "))
-    return [(name, None) for name in dict.fromkeys(names)]
+    if given and (source.is_dir() or source.name == SETTINGS) and is_network_folder(folder):
+        return _recorded(_read(folder / SETTINGS).get("training")), False
+    run = source.parent if source.name == "model.yaml" else source
+    if given and (record := _read(run / "run.json")):
+        return _recorded(record), record.get("judged_on") == FOLDS
+    if not isinstance(model, VehicleModel):
+        return [], False  # a network or a foreign model carries the nominal vehicle, whose sources are not its own
+    found = re.findall(_SOURCE, json.dumps(model.vehicle.sources, ensure_ascii=False))
+    names = (name.strip(' "}') for _, logs in found for name in logs.split(", "))
+    return [(name, None) for name in dict.fromkeys(names)], any(every for every, _ in found)
 
 
 def _recorded(record: Any) -> Digests:

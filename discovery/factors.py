@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import ClassVar, cast
+from typing import ClassVar, TypeVar, cast
 
 import numpy as np
 
@@ -172,8 +172,9 @@ def _difference(mine: object, theirs: object) -> str:
 _MOST = 2**29
 """Bytes of a file [B]: some 10,000 logs of an hour with sixty columns."""
 _REMEDY = "write it again with undertow.write_factors"
-_KINDS = {"r": "f", "rows": "i", "log": "i", "about": "u"}
+_KINDS = {"r": "f", "rows": "i", "log": "i"}
 """What numbers each array holds, as numpy names their kinds."""
+About = TypeVar("About", bound=Record)
 
 
 class _About(Record):
@@ -193,10 +194,7 @@ def write_factors(factors: Factors, path: str | os.PathLike[str]) -> Path:
     targets, units, digests of the logs and settings; nothing is pickled.
     """
     about = _About(columns=factors.columns, targets=factors.targets, logs=factors.logs, settings=dict(factors.settings))
-    told = np.frombuffer(strict_json(about.to_dict()).encode("utf-8"), dtype=np.uint8)
-    content = io.BytesIO()
-    np.savez(content, r=factors.r, rows=factors.rows.astype(np.int64), log=factors.log.astype(np.int64), about=told)
-    return write_bytes(path, content.getvalue())
+    return write_bytes(path, packed({"r": factors.r, "rows": factors.rows, "log": factors.log, "about": about}))
 
 
 def read_factors(path: str | os.PathLike[str]) -> Factors:
@@ -209,44 +207,66 @@ def read_factors(path: str | os.PathLike[str]) -> Factors:
     OSError
         when there is no file, or it cannot be opened.
     """
-    try:
-        found = plain_arrays(read_bytes(path, _MOST), _KINDS)
-        content = parse_json(found["about"].tobytes())
-    except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
-        raise RequestError(f"{path}: not readable as factors ({reason(error)}); {_REMEDY}") from None
-    about = _About.read(content, path, _REMEDY)
-    factors = Factors(about.columns, about.targets, found["r"], found["rows"], found["log"], about.logs, about.settings)
+    about, found = unpacked(read_bytes(path, _MOST), _About, _KINDS, (path, "factors", _REMEDY))
+    factors = Factors(about.columns, about.targets, logs=about.logs, settings=about.settings, **found)
     wrong = _wrong(factors)
     if wrong:
         raise RequestError(f"{path}: {wrong}; {_REMEDY}")
     return factors
 
 
-def plain_arrays(content: bytes, kinds: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The arrays of an `.npz` file; each is looked at before room is made for it.
+def packed(arrays: Mapping[str, np.ndarray | Record]) -> bytes:
+    """The content of an `.npz` file of arrays of numbers, and of a record as the bytes of its JSON text."""
+    content, plain = io.BytesIO(), {}
+    for name, array in arrays.items():
+        if isinstance(array, Record):
+            plain[name] = np.frombuffer(strict_json(array.to_dict()).encode("utf-8"), dtype=np.uint8)
+        else:
+            plain[name] = np.ascontiguousarray(array, dtype=np.int64 if array.dtype.kind == "i" else np.float64)
+    np.savez(content, allow_pickle=False, **plain)
+    return content.getvalue()
+
+
+def unpacked(
+    content: bytes, about: type[About], kinds: Mapping[str, str], place: tuple[object, str, str]
+) -> tuple[About, dict[str, np.ndarray]]:
+    """The record `about` and the arrays of a file that `packed` made; each is looked at before room is made for it.
 
     Parameters
     ----------
+    content : of the file
+    about : what the record is
     kinds : what numbers each array holds, as numpy names their kinds
+    place : where the file is, what it should be, and what to do where it is not
 
     Raises
     ------
-    ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile
+    RequestError
         when the file does not hold them, or not as they are.
     """
-    result = {}
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        for name, kind in kinds.items():
-            member = archive.getinfo(f"{name}.npy")
-            if member.compress_type != zipfile.ZIP_STORED or member.file_size > len(content):
-                raise ValueError(f"expected {name} as it is, got it packed")
-            stream = io.BytesIO(archive.read(member))
-            np.lib.format.read_magic(stream)
-            shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
-            if dtype.kind != kind or dtype.hasobject or fortran:
-                raise ValueError(f"expected numbers of kind {kind!r} under {name}, got {dtype}")
-            result[name] = np.frombuffer(stream.read(), dtype=dtype).reshape(shape)
-    return result
+    source, what, remedy = place
+    try:
+        found = {}
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for name, kind in (kinds | {"about": "u"}).items():
+                found[name] = _plain_array(archive, name, kind, len(content))
+        told = parse_json(found.pop("about").tobytes())
+    except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
+        raise RequestError(f"{source}: not readable as {what} ({reason(error)}); {remedy}") from None
+    return about.read(told, source, remedy), found
+
+
+def _plain_array(archive: zipfile.ZipFile, name: str, kind: str, most: int) -> np.ndarray:
+    """An array of an archive of at most so many bytes."""
+    member = archive.getinfo(f"{name}.npy")
+    if member.compress_type != zipfile.ZIP_STORED or member.file_size > most:
+        raise ValueError(f"expected {name} as it is, got it packed")
+    stream = io.BytesIO(archive.read(member))
+    np.lib.format.read_magic(stream)
+    shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+    if dtype.kind != kind or dtype.hasobject or fortran:
+        raise ValueError(f"expected numbers of kind {kind!r} under {name}, got {dtype}")
+    return np.frombuffer(stream.read(), dtype=dtype).reshape(shape)
 
 
 def _wrong(factors: Factors) -> str:

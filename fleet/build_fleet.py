@@ -23,6 +23,7 @@ from ..reports.terminal.progress import SHOWN, Pace, showing
 from ..workflows.compress import in_pieces
 from ..workflows.inputs import read_motions
 from . import fleet_folder
+from .fleet_folder import FleetIndex, FleetLog, SkippedLog
 from .hull_factors import HullFactors, HullFactorsAbout, hull_factors, settings_of, to_bytes
 from .log_sources import LogSource, fetched, find_sources, is_url
 from .workers import Engine, WorkerLost, mapped
@@ -37,47 +38,38 @@ class LogTask:
 
     Attributes
     ----------
-    place : path or address of the log
+    source : the log, and what is known of it before it is read
     vehicle, follow, reading : what is followed, and how the log is read
     kept : folder of the fleet; factors that are in it already are not made again
     """
 
-    place: str
+    source: LogSource
     vehicle: Vehicle
     follow: tuple[str, ...]
     reading: Reading
     kept: str
 
 
-@dataclass(frozen=True, slots=True)
-class LogAnswer:
-    """What a worker answers.
-
-    Attributes
-    ----------
-    sha256 : of the bytes of the log
-    key : of the factors: of the bytes, the vehicle, and how the factors are made
-    content : the factors; none where they are kept already
-    problem : why there are none; empty where there are
-    """
-
-    sha256: str = ""
-    key: str = ""
-    content: bytes | None = None
-    problem: str = ""
+Answer = tuple[FleetLog | SkippedLog, bytes | None]
+"""The row of a log in the index, and its factors; none where they are kept already, or cannot be made."""
 
 
 @single_threaded
-def factors_of(task: LogTask) -> LogAnswer:
+def factors_of(task: LogTask) -> Answer:
     """Read a log and make its factors, unless they are there; what is wrong with the log is told, not raised."""
-    path = Path(task.place)
+    place = task.source.place
+    path = Path(place)
     try:
-        with fetched(task.place) if is_url(task.place) else nullcontext(path) as path:
+        with fetched(place) if is_url(place) else nullcontext(path) as path:
             return _factors_of(task, path)
     except Exception as error:  # whatever a broken log leads to, the others go on
         told = str(error).strip() or type(error).__name__
-        told = told.replace(str(path), task.place).removeprefix(f"{task.place}: ")
-        return LogAnswer(problem=" ".join(told.split())[:_MOST_TOLD])
+        told = told.replace(str(path), place).removeprefix(f"{place}: ")
+        return _skipped(task.source, " ".join(told.split())[:_MOST_TOLD]), None
+
+
+def _skipped(source: LogSource, problem: str) -> SkippedLog:
+    return SkippedLog(log=source.place, boat=source.boat, problem=problem)
 
 
 def key_of(sha256: str, task: LogTask) -> str:
@@ -94,22 +86,43 @@ def key_of(sha256: str, task: LogTask) -> str:
     return hashlib.sha256(json.dumps(made, sort_keys=True).encode()).hexdigest()
 
 
-def _factors_of(task: LogTask, path: Path) -> LogAnswer:
+def _factors_of(task: LogTask, path: Path) -> Answer:
+    source, folder, content = task.source, Path(task.kept), None
     sha256 = log_digests([str(path)])[0]["sha256"]
     if sha256 is None:
         raise LogError(f"{path}: no such log, or it cannot be opened")
     key = key_of(sha256, task)
-    if fleet_folder.has_factors(Path(task.kept), key):
-        return LogAnswer(sha256, key)
-    log, motions = read_motions(path, task.vehicle, task.reading)
-    start = log.start_ns / 1e9 if log.start_ns else float("nan")
-    pieces = in_pieces(motions, WeakSettings())
-    factors = hull_factors(pieces, task.vehicle, task.follow, digest=sha256, start=start)
-    return LogAnswer(sha256, key, to_bytes(factors))
+    if fleet_folder.has_factors(folder, key):
+        factors = fleet_folder.read_hull_factors(folder, key)
+    else:
+        log, motions = read_motions(path, task.vehicle, task.reading)
+        start = log.start_ns / 1e9 if log.start_ns else float("nan")
+        pieces = in_pieces(motions, WeakSettings())
+        factors = hull_factors(pieces, task.vehicle, task.follow, digest=sha256, start=start)
+        content = to_bytes(factors)
+    time = middle(source, factors)
+    if not math.isfinite(time):
+        return _skipped(source, _NO_DAY), None
+    row = FleetLog(
+        log=source.place,
+        boat=source.boat,
+        time=fleet_folder.iso(time),
+        hours=float(factors.hours.sum()),
+        factors=key,
+        sha256=sha256,
+        vehicle=task.vehicle.digest,
+        begins=_begins(source),
+        notes=source.notes,
+        version=source.version,
+    )
+    return row, content
 
 
 _DAY = 86400.0
 """Seconds of a day."""
+_NO_DAY = (
+    "neither the log, nor its name, nor a manifest says of which day it is; write one with the columns log and day"
+)
 _STAYS = " What an earlier call read of it stays in the fleet."
 
 
@@ -125,10 +138,10 @@ class FleetBuilt:
     skipped : logs of this call that could not be read, or count already, and why
     """
 
-    index: fleet_folder.FleetIndex
+    index: FleetIndex
     read: int
     kept: int
-    skipped: tuple[fleet_folder.SkippedLog, ...]
+    skipped: tuple[SkippedLog, ...]
 
 
 @showing
@@ -189,8 +202,8 @@ def build_fleet(
             folder, earlier
         )  # so that an interrupted call leaves a fleet, which another goes on with
         at = str(folder.resolve())
-        tasks = [LogTask(s.place, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
-        built = _built(folder, earlier, sources, tasks, engine or Engine(), progress)
+        tasks = [LogTask(s, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
+        built = _built(folder, earlier, tasks, engine or Engine(), progress)
         fleet_folder.write_index(folder, built.index)
         fleet_folder.clear_factors(folder, built.index)
     if not built.index.logs:
@@ -201,50 +214,42 @@ def build_fleet(
 
 
 def _built(
-    folder: Path,
-    earlier: fleet_folder.FleetIndex,
-    sources: Sequence[LogSource],
-    tasks: Sequence[LogTask],
-    engine: Engine,
-    progress: Say | None,
+    folder: Path, earlier: FleetIndex, tasks: Sequence[LogTask], engine: Engine, progress: Say | None
 ) -> FleetBuilt:
     known = {log.log: log for log in earlier.logs}
-    found: dict[str, fleet_folder.FleetLog] = {}
-    skipped: list[fleet_folder.SkippedLog] = []
-    left: list[int] = []
-    for number, (source, task) in enumerate(zip(sources, tasks, strict=True)):
-        log = known.get(source.place)
-        if log is not None and _unchanged(folder, log, source, task):
-            found[source.place] = log.but(boat=source.boat, notes=source.notes)
+    found: dict[str, FleetLog] = {}
+    skipped: list[SkippedLog] = []
+    left: list[LogTask] = []
+    for task in tasks:
+        log = known.get(task.source.place)
+        if log is not None and _unchanged(folder, log, task):
+            found[log.log] = log.but(boat=task.source.boat, notes=task.source.notes)
         else:
-            left.append(number)
+            left.append(task)
     before = {path.stem for path in (folder / fleet_folder.FACTORS).glob("*.npz")}
     made: set[str] = set()
     pace = Pace(progress, "logs")
-    for done, (at, answer) in enumerate(mapped(factors_of, [tasks[n] for n in left], engine), start=1):
-        source, task = sources[left[at]], tasks[left[at]]
-        told = answer if isinstance(answer, LogAnswer) else LogAnswer(problem=_lost(answer))
-        if told.content is not None:
-            write_bytes(fleet_folder.factors_path(folder, told.key), told.content)
-            made.add(told.key)
-        log = _log_of(folder, source, task, told)
-        if isinstance(log, fleet_folder.SkippedLog):
-            skipped.append(log.but(problem=f"{log.problem}{_STAYS}") if source.place in known else log)
+    for done, (at, answer) in enumerate(mapped(factors_of, left, engine), start=1):
+        row, content = (_skipped(left[at].source, _lost(answer)), None) if isinstance(answer, WorkerLost) else answer
+        if isinstance(row, SkippedLog):
+            skipped.append(row.but(problem=f"{row.problem}{_STAYS}") if row.log in known else row)
         else:
-            found[source.place] = log
+            found[row.log] = row
+            if content is not None:
+                write_bytes(fleet_folder.factors_path(folder, row.factors), content)
+                made.add(row.factors)
         pace.told(done, len(left))
-    now = {source.place for source in sources}
+    now = {task.source.place for task in tasks}
     others = [log for log in earlier.logs if log.log not in found]
     digests = {log.sha256 for log in found.values()}
     # Of the same bytes, a log of earlier calls has moved where it is there no more; else it is the one that counts.
     still = [log for log in others if log.sha256 in digests and os.path.exists(log.log)]
-    once: dict[str, fleet_folder.FleetLog] = {}
+    once: dict[str, FleetLog] = {}
     for log in sorted([*found.values(), *still], key=lambda log: log.log):
         first = once.setdefault(log.sha256, log)
         if first is not log:
-            skipped.append(
-                fleet_folder.SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}")
-            )
+            same = f"it has the same bytes as {first.log}"
+            skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=same))
     there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
     waiting = [log for log in there if log.log not in now]
     index = fleet_folder.index_of(
@@ -255,42 +260,14 @@ def _built(
     return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))
 
 
-def _lost(answer: WorkerLost | LogAnswer) -> str:
+def _lost(answer: WorkerLost) -> str:
     return f"{answer}; it may need more memory than a worker has: give fewer workers, or read it alone"
 
 
-def _unchanged(folder: Path, log: fleet_folder.FleetLog, source: LogSource, task: LogTask) -> bool:
+def _unchanged(folder: Path, log: FleetLog, task: LogTask) -> bool:
     """True when a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
-    same = source.version == log.version != "" and _begins(source) == log.begins
+    same = task.source.version == log.version != "" and _begins(task.source) == log.begins
     return same and key_of(log.sha256, task) == log.factors and fleet_folder.has_factors(folder, log.factors)
-
-
-def _log_of(
-    folder: Path, source: LogSource, task: LogTask, answer: LogAnswer
-) -> fleet_folder.FleetLog | fleet_folder.SkippedLog:
-    """The row of the index, from the factors that are kept by now."""
-    problem = answer.problem
-    if not problem:
-        factors = fleet_folder.read_hull_factors(folder, answer.key)
-        time = middle(source, factors)
-        if math.isfinite(time):
-            return fleet_folder.FleetLog(
-                log=source.place,
-                boat=source.boat,
-                time=fleet_folder.iso(time),
-                hours=float(factors.hours.sum()),
-                factors=answer.key,
-                sha256=answer.sha256,
-                vehicle=task.vehicle.digest,
-                begins=_begins(source),
-                notes=source.notes,
-                version=source.version,
-            )
-        problem = (
-            "neither the log, nor its name, nor a manifest says of which day it is; write a manifest with the columns "
-            "log and day"
-        )
-    return fleet_folder.SkippedLog(log=source.place, boat=source.boat, problem=problem)
 
 
 def middle(source: LogSource, factors: HullFactors) -> float:

@@ -15,6 +15,7 @@ from scipy.special import log_ndtr
 from scipy.stats import chi2
 from scipy.stats import f as f_law
 
+from ..discovery.calibration.change_watch import candidate_onsets, least_widening
 from ..physics.errors import RequestError
 from ..physics.motion import Array
 from .boat_days import BEYOND, BoatDays, DayScatter, day_scatter
@@ -22,12 +23,9 @@ from .causes import SLOPE, STEP, Ray
 
 Back = Callable[[Sequence[int], int, int], bool]
 YEAR = 365.25  # [days]
-RECENT, MIDDLE, OLDEST = 6, 24, 120
-SPARSE = (4, 12)
-"""Logged days back of which each may be the first of a change; of older ones every fourth, then every twelfth: to leave
-candidates out can only lower the sum, and neighbours of so long ago tell the same."""
-
-
+_KEPT = ((6, 1), (24, 4), (120, 12))
+"""Logged days back up to which every n-th may be the first of a change: to leave candidates out can only lower the sum,
+and neighbours of so long ago tell the same."""
 SUDDEN = float(np.log(20.0))
 """Growth of the logarithm of the detector by which a day raises an alarm alone: what grows for weeks does not."""
 
@@ -135,11 +133,7 @@ def detector(watch: Watch, start: int = 0) -> Array:
 def _pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
     """Every last day with every first day of a change that is thought of then."""
     last, first = np.meshgrid(np.arange(size), np.arange(1, size), indexing="ij")
-    back = last - first
-    fourth, twelfth = SPARSE
-    kept = (back >= 0) & (back < RECENT)
-    kept |= (back >= RECENT) & (back < MIDDLE) & (first % fourth == 0)
-    kept |= (back >= MIDDLE) & (back < OLDEST) & (first % twelfth == 0)
+    kept = candidate_onsets(last, first, _KEPT)
     return last[kept], first[kept]
 
 
@@ -274,15 +268,7 @@ def calibrate_scatter(
                 return False
         return True
 
-    low, high = 0, len(WIDENINGS) - 1
-    middle = 0  # most fleets need none
-    while low < high:
-        if kept(WIDENINGS[middle]):
-            high = middle
-        else:
-            low = middle + 1
-        middle = (low + high) // 2
-    return WIDENINGS[low]
+    return least_widening(WIDENINGS, kept)
 
 
 def _residuals(boat: BoatDays, scatter: DayScatter) -> Array:

@@ -5,8 +5,6 @@ products of each block and axis are all that least squares, its sandwich covaria
 sensor noise adds to them is kept too (errors in variables; Carroll et al. 2006, chapter 5).
 """
 
-import io
-import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -16,14 +14,12 @@ import numpy as np
 from ..discovery.balance.weak_form import WeakForm, WeakSettings
 from ..discovery.candidates.candidate import nuisance_candidates
 from ..discovery.candidates.linearisation import Linearisation
-from ..discovery.factors import Column, plain_arrays
+from ..discovery.factors import Column, packed, unpacked
 from ..measurements.preparation.split import IDLE, active
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError
 from ..physics.file_records import Record
-from ..physics.files import strict_json
 from ..physics.motion import Array, Motion
-from ..physics.reading import parse_json, reason
 from ..physics.vehicle import Vehicle
 
 BLOCK = 10.0
@@ -288,7 +284,6 @@ class _Blocks:
 _KINDS = {
     **dict.fromkeys(("nominal", "gram", "begin", "end", "noise", "start", "hours"), "f"),
     **dict.fromkeys(("tests", "log"), "i"),
-    "about": "u",
 }
 """What numbers each array holds, as numpy names their kinds."""
 _REMEDY = "take the file away, and run 'undertow fleet' again"
@@ -309,11 +304,7 @@ def to_bytes(factors: HullFactors) -> bytes:
     about = HullFactorsAbout(
         parameters=factors.parameters, nuisances=factors.nuisances, logs=factors.logs, settings=dict(factors.settings)
     )
-    told = np.frombuffer(strict_json(about.to_dict()).encode("utf-8"), dtype=np.uint8)
-    arrays = {name: getattr(factors, name) for name in _KINDS if name != "about"}
-    content = io.BytesIO()
-    np.savez(content, allow_pickle=False, about=told, **{name: _plain(array) for name, array in arrays.items()})
-    return content.getvalue()
+    return packed({"about": about, **{name: getattr(factors, name) for name in _KINDS}})
 
 
 def from_bytes(content: bytes, source: object) -> HullFactors:
@@ -328,13 +319,7 @@ def from_bytes(content: bytes, source: object) -> HullFactors:
     RequestError
         when the bytes are none of these, broken, of another version, or do not hold what they say.
     """
-    try:
-        found = plain_arrays(content, _KINDS)
-        about = HullFactorsAbout.read(parse_json(found.pop("about").tobytes()), source, _REMEDY)
-    except RequestError:
-        raise
-    except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
-        raise RequestError(f"{source}: not readable as factors of a hull ({reason(error)}); {_REMEDY}") from None
+    about, found = unpacked(content, HullFactorsAbout, _KINDS, (source, "factors of a hull", _REMEDY))
     factors = HullFactors(
         parameters=about.parameters, nuisances=about.nuisances, logs=about.logs, settings=about.settings, **found
     )
@@ -354,7 +339,3 @@ def from_bytes(content: bytes, source: object) -> HullFactors:
     if not blocks or (factors.log < 0).any() or (factors.log >= logs).any():
         raise RequestError(f"{source}: expected blocks of logs that are listed, got others; {_REMEDY}")
     return factors
-
-
-def _plain(array: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(array, dtype=np.int64 if array.dtype.kind == "i" else np.float64)

@@ -174,10 +174,10 @@ def _made(
     """A follower that knows what a run-in tells; None where the boat was hardly under way."""
     pool = candidates_to_follow(vehicle, names, motions)
     known: AdaptationPrior = learn_prior(motions, vehicle, pool, settings.adapt)
-    watch = rehearsed_watch(motions, vehicle, pool, known, settings.adapt, settings.alarm)
+    watch = rehearsed_watch(motions, known, settings.alarm)
     if watch is None:
         return None
-    follower = Follower(vehicle, pool, known, settings.adapt, watch)
+    follower = Follower(known, watch)
     return follower, Begun(follower.symbols, follower.units, known.seconds, watch.widening)
 
 

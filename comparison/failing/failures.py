@@ -3,11 +3,10 @@
 An effect's share is computed by putting it into the model and taking it out again.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
-from math import factorial
+from itertools import permutations
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -29,7 +28,7 @@ from ...residuals.models.base import Model, VehicleModel
 from ...residuals.scores import same_filter
 from ...residuals.series import SeriesTable
 from .frequency import NOISE, Frequency, Lag, against_frequency, against_lag
-from .places import FailingSeconds, segments, worst_places
+from .places import FailingSeconds, Failure, segments, worst_places
 from .rows import ENOUGH_SECONDS, Array, Scene, lower_end, scene
 from .trends import Drift, Heading, against_heading, over_time
 
@@ -157,16 +156,17 @@ def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Co
         """Modelled acceleration of the first vehicle with some of the effects."""
         return along.acceleration(nominal.with_values({s: v for name in subset for s, v in groups[name].items()}))
 
+    whole = frozenset(names)
     try:
-        if np.abs(acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
+        if np.abs(acceleration(whole) - along.acceleration(after.vehicle)).max() > _SAME:
             return None  # other thrusters or curves: more than the catalogue can say
         removed, missed = (np.zeros((len(names), *stage.error.shape)) for _ in range(2))
-        for subset, (counts, lacks) in _weights(names).items():
+        for subset, weights in _weights(names).items():  # by set: of a long log the errors of one alone are in memory
             squares = np.square(acceleration(subset) - stage.measured)
             for k, name in enumerate(names):
-                for table, weights in ((removed, counts), (missed, lacks)):
-                    if name in weights:
-                        table[k] += weights[name] * squares
+                removed[k] += weights.get(name, 0.0) * squares
+                if whole - subset <= {name}:
+                    missed[k] += squares if subset != whole else -squares
     except (VehicleError, np.linalg.LinAlgError):
         return None  # a mixture of the two that is no sound vehicle
     changes = tuple(_in_words(nominal, after.vehicle, groups[name]) for name in names)
@@ -187,39 +187,19 @@ def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]
     return groups
 
 
-Weights = dict[str, float]
-"""By effect, with what weight a squared error counts."""
+def _weights(names: tuple[str, ...]) -> dict[frozenset[str], dict[str, float]]:
+    """For each set of effects, how its squared error counts in what each effect removes.
 
-
-def _weights(names: tuple[str, ...]) -> dict[frozenset[str], tuple[Weights, Weights]]:
-    """For each set of effects, how its squared error counts in what each effect removes, and in what its lack costs.
-
-    By set, so that of a long log the errors of one set alone are in memory.
+    That is the mean over all orders of adding them, of many effects over one order and its reverse.
     """
-    result: defaultdict[frozenset[str], tuple[Weights, Weights]] = defaultdict(lambda: ({}, {}))
-    for subset, name, weight in _additions(names):
-        for there, sign in ((subset, 1.0), (subset | {name}, -1.0)):
-            counts = result[there][0]
-            counts[name] = counts.get(name, 0.0) + sign * weight
-    for name in names:
-        result[frozenset(names) - {name}][1][name] = 1.0
-        result[frozenset(names)][1][name] = -1.0
-    return result
-
-
-def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]]:
-    """What is there, what is added to it, and the weight of that addition among all orders; or among two of them."""
-    count = len(names)
-    if count > _EXACT:
-        orders = (names, names[::-1])
-        return [(frozenset(order[:k]), name, 0.5) for order in orders for k, name in enumerate(order)]
-    result = []
-    for name in names:
-        others = [other for other in names if other != name]
-        for size in range(count):
-            weight = factorial(size) * factorial(count - size - 1) / factorial(count)
-            result += [(frozenset(subset), name, weight) for subset in combinations(others, size)]
-    return result
+    orders = list(permutations(names)) if len(names) <= _EXACT else [names, names[::-1]]
+    result: defaultdict[frozenset[str], Counter[str]] = defaultdict(Counter)
+    for order in orders:
+        for k, name in enumerate(order):
+            result[frozenset(order[:k])][name] += 1
+            result[frozenset(order[: k + 1])][name] -= 1
+    lacking = {frozenset(names) - {name}: Counter[str]() for name in names}  # which tell what the lack of one costs
+    return {s: {name: n / len(orders) for name, n in counts.items()} for s, counts in (lacking | result).items()}
 
 
 def _in_words(before: Vehicle, after: Vehicle, symbols: Mapping[str, float]) -> str:
@@ -286,28 +266,49 @@ def where_they_fail(
     The failures, and the structure of the errors.
     """
     judged, rows_of = judged_rows(table, judge)
-    names = [(before, "before"), *([(after, "after")] if after is not None else [])]
     table, along = table.rows(judged), Along(parts, rows_of)
-    stages = {which: scene(table, which) for _, which in names}
-    effects = contributions(before, after, along, stages["before"]) if after is not None and link else None
-    later = np.square(stages["after"].error) if after is not None else None
-    failures: list[FailingPlace] = []
-    structure: list[Structure] = []
-    known: Scene | None = None
-    for model, which in names:
-        stage = stages[which]
-        fate = _Fate(stage, effects, later) if which == "before" else _Fate(stage)
-        if known is None or not np.array_equal(stage.error, known.error, equal_nan=True):  # as where nothing is missing
-            known = stage
-            looks = structure_of(stage, along.thrust(model.vehicle), model.name, rows_of)
-            heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
-            places, worst = worst_places(stage, axes=heard), segments(stage)
-        for found in places:
-            told = found.record(stage, model.name).but(rows_of=rows_of)
-            failures.append(fate.of(told, found.place.inside, found.axis))
-        seconds = [fate.of(one.record(stage), one.rows, one.axis) for one in worst if one.axis in heard]
-        structure.append(looks.but(model=model.name, segments=tuple(seconds)))
-    return tuple(failures), tuple(structure)
+    stage, last = scene(table, "before"), None if after is None else scene(table, "after")
+    effects = contributions(before, after, along, stage) if after is not None and link else None
+    found = [_found(before, stage, along, rows_of, effects, last)]
+    if after is not None and last is not None:
+        known = found[0] if np.array_equal(stage.error, last.error, equal_nan=True) else None  # nothing was missing
+        found.append(_found(after, last, along, rows_of, looks=None if known is None else known[1]))
+    return tuple(place for places, _ in found for place in places), tuple(structure for _, structure in found)
+
+
+def _found(
+    model: Model,
+    stage: Scene,
+    along: Along,
+    rows_of: str,
+    effects: Contributions | None = None,
+    last: Scene | None = None,
+    looks: Structure | None = None,
+) -> tuple[list[FailingPlace], Structure]:
+    """Where one model fails, and the structure of its errors.
+
+    Parameters
+    ----------
+    model, stage : the model, and the rows with its errors
+    along, rows_of : the same rows as motions, and their name
+    effects, last : by which the last model differs, and the rows with its errors; None for the last model itself
+    looks : at the same errors, where these were looked at
+    """
+
+    def told(record: Told, one: Failure) -> Told:
+        """With what becomes of the error: how large it is in the last model, and which effects removed it."""
+        removed, why = ((), "") if effects is None else effects.to(stage, one.rows, one.axis)
+        if last is None:
+            return record.but(removed_by=removed)
+        before, after = (float(np.sqrt(np.nanmean(np.square(s.error[one.rows, one.axis])))) for s in (stage, last))
+        unlinked = why if why and after < _FALLS * before else None
+        return record.but(rmse_after=round(after, 6), removed_by=removed, unlinked=unlinked)
+
+    looks = looks or structure_of(stage, along.thrust(model.vehicle), model.name, rows_of)
+    heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
+    places = [told(one.place(stage, model.name).but(rows_of=rows_of), one) for one in worst_places(stage, axes=heard)]
+    seconds = tuple(told(one.seconds(stage), one) for one in segments(stage) if one.axis in heard)
+    return places, looks.but(model=model.name, segments=seconds)
 
 
 def structure_of(stage: Scene, thrust: Array, model: str, rows_of: str) -> Structure:
@@ -335,20 +336,3 @@ def judged_rows(table: SeriesTable, judge: str) -> tuple[NDArray[np.bool_], str]
     if judge == "all" or rows.sum() * step < ENOUGH_SECONDS:
         return np.ones(len(table), bool), "all"
     return rows, judge
-
-
-class _Fate:
-    """What becomes of the error of a place: how large it is in the last model, and which effects removed it."""
-
-    def __init__(self, stage: Scene, effects: Contributions | None = None, later: Array | None = None) -> None:
-        self._stage, self._effects, self._later = stage, effects, later
-
-    def of(self, told: Told, rows: NDArray[np.bool_], axis: int) -> Told:
-        """What is told of a place, with that."""
-        removed, why = ((), "") if self._effects is None else self._effects.to(self._stage, rows, axis)
-        if self._later is None:
-            return told.but(removed_by=removed)
-        after = float(np.sqrt(np.nanmean(self._later[rows, axis])))
-        before = float(np.sqrt(np.nanmean(np.square(self._stage.error[rows, axis]))))
-        unlinked = why if why and after < _FALLS * before else None
-        return told.but(rmse_after=round(after, 6), removed_by=removed, unlinked=unlinked)

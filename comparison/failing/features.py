@@ -33,6 +33,10 @@ class Split:
     edges: tuple[float, ...] = ()
     unit: str = ""
 
+    def inside(self, first: int, last: int) -> NDArray[np.bool_]:
+        """The rows in the regimes `first` to `last`, round the compass where these are headings."""
+        return (self.codes - first) % len(self.labels) <= last - first
+
     def phrase(self, first: int, last: int) -> str:
         """The regimes `first` to `last` in words, for example 'surge speed 1.4 to 1.9 m/s'."""
         if self.edges:
@@ -73,9 +77,7 @@ def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> 
     if usable.size == 0:
         return Split(by, np.zeros(len(values), np.intp), (f"{by} unknown",))
     low, high = np.quantile(usable, [0.005, 0.995])
-    raw = max((high - low) / bins, 1e-3)
-    power = 10.0 ** np.floor(np.log10(raw))
-    step = power * next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * (1.0 - 1e-9))
+    step = _nice(max((high - low) / bins, 1e-3) * (1.0 - 1e-9), (1.0, 2.0, 2.5, 5.0, 10.0))
     first, last = int(np.floor(low / step)), max(int(np.ceil(high / step)), int(np.floor(low / step)) + 1)
     edges = [round(float(index * step), 9) for index in range(first, last + 1)]
     # A nearly empty bin at either end says nothing of its own and joins its neighbour.
@@ -86,6 +88,12 @@ def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> 
     codes = np.digitize(np.nan_to_num(values), edges[1:-1]).astype(np.intp)
     labels = tuple(f"{start:g} to {stop:g}" for start, stop in pairwise(edges))
     return Split(by, codes, labels, tuple(edges), unit)
+
+
+def _nice(least: float, numbers: Sequence[float]) -> float:
+    """The least of some round numbers, times a power of ten, that is as large."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(power * next(number for number in numbers if number * power >= least))
 
 
 def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -162,13 +170,15 @@ def features(scene: Scene) -> tuple[Feature, ...]:
         _of("turn rate", np.abs(r), _plain("turning at {} rad/s", "faster than", "slower than"), "yaw rate"),
     ]
     if scene.commands.shape[1]:
+        mean_command = _percent("mean command {} of the largest (ahead positive)", "thrust ahead", "thrust astern")
         found += [
-            _of("mean command", 100.0 * scene.common, _mean_command),
+            _of("mean command", 100.0 * scene.common, mean_command),
             _of("reversal", scene.opposed.astype(float), _opposed),
             _of("time since a change", scene.since, _since),
         ]
     if scene.commands.shape[1] > 1:
-        found.append(_of("apart", 100.0 * scene.command_spread, _apart))
+        apart = _percent("commands {} of the largest apart", "commands that differ", "")
+        found.append(_of("apart", 100.0 * scene.command_spread, apart))
     for zero, ends in ((0.0, ("north", "south")), (90.0, ("east", "west"))):
         away = np.abs((heading - zero + 180.0) % 360.0 - 180.0)
         found.append(Feature(f"heading from {ends[0]}", away, _heading(*ends), 5.0))
@@ -219,9 +229,7 @@ def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
 def _of(name: str, values: Array, words: Words, size_of: str = "") -> Feature:
     usable = values[np.isfinite(values)]
     low, high = np.quantile(usable, [0.005, 0.995]) if usable.size else (0.0, 1.0)
-    raw = max((high - low) / _PARTS, 1e-6)
-    power = 10.0 ** np.floor(np.log10(raw))
-    grain = 0.0 if name == "reversal" else float(power * next(n for n in (1.0, 2.0, 5.0, 10.0) if n * power >= raw))
+    grain = 0.0 if name == "reversal" else _nice(max((high - low) / _PARTS, 1e-6), (1.0, 2.0, 5.0, 10.0))
     return Feature(name, np.nan_to_num(values), words, grain, size_of)
 
 
@@ -239,20 +247,10 @@ def _plain(text: str, above: str = "above", below: str = "below") -> Words:
     return words
 
 
-def _percent(text: str) -> Words:
-    return lambda low, high: text.format(_between(low, high, unit=f"{NARROW}%"))
-
-
-def _mean_command(low: str, high: str) -> str:
-    if (low, high) in (("0", ""), ("", "0")):
-        return "thrust ahead" if low else "thrust astern"
-    return _percent("mean command {} of the largest (ahead positive)")(low, high)
-
-
-def _apart(low: str, high: str) -> str:
-    if (low, high) == ("0", ""):
-        return "commands that differ"
-    return _percent("commands {} of the largest apart")(low, high)
+def _percent(text: str, above_zero: str, below_zero: str) -> Words:
+    """A range of shares, with words of its own above and below zero."""
+    signs = {("0", ""): above_zero, ("", "0"): below_zero}
+    return lambda low, high: signs.get((low, high)) or text.format(_between(low, high, unit=f"{NARROW}%"))
 
 
 def _turn(low: str, high: str) -> str:

@@ -27,6 +27,8 @@ _COHERENT = 0.3
 """Mean coherence from which the error is said to move with a signal."""
 _CLEAR = 4.5
 """Standard deviations above what independent signals would show."""
+_NEVER = 0.8
+"""Coherence by chance from which a log is too short: hardly any signal would show more."""
 _NEGLIGIBLE = 0.03
 """Error, as a share of the usual acceleration, of which there is nothing to tell."""
 _HANN = 1.056
@@ -83,72 +85,69 @@ def against_frequency(stage: Scene) -> dict[str, Frequency]:
     others = _transformed(np.column_stack(list(signals.values())), windows)
     shown = (hz > 0.0) & (hz <= _HIGHEST)
     scale = 2.0 * stage.step / (_taper(windows.shape[1]) ** 2).sum()
+    names, chance_of_one = list(signals), _HANN / windows.shape[0]
     told = {}
     for k, axis in enumerate(AXES):
-        power = (np.abs(error[..., k]) ** 2).mean(axis=0)
-        cross = (np.conj(error[..., k, None]) * others).mean(axis=0)
-        energy = (np.abs(others) ** 2).mean(axis=0)
-        coherence = np.abs(cross) ** 2 / np.maximum(power[:, None] * energy, 1e-300)
-        spread = (np.abs(measured[..., k]) ** 2).mean(axis=0)
-        small = bool(mean_square(stage.error)[k] < (_NEGLIGIBLE * stage.spread[k]) ** 2)
-        spectra = Frequency(
-            hz=tuple(shorter(hz[shown], 4)),
-            error=tuple(shorter(scale * power[shown], 4)),
-            measured=tuple(shorter(scale * spread[shown], 4)),
+        power, spread = ((np.abs(values[..., k]) ** 2).mean(axis=0) for values in (error, measured))
+        found = Frequency(
+            hz=shorter(hz[shown], 4),
+            error=shorter(scale * power[shown], 4),
+            measured=shorter(scale * spread[shown], 4),
             unit="(m/s^2)^2/Hz" if k < 2 else "(rad/s^2)^2/Hz",
+            coherence=(0.0,) * int(shown.sum()),
             verdict="negligible",
             sentence="there is no error to speak of",
         )
-        told[axis] = _known(spectra, hz, power, coherence, windows.shape[0], list(signals), shown, small)
+        told[axis] = found
+        total = power[shown].sum()
+        if mean_square(stage.error)[k] < (_NEGLIGIBLE * stage.spread[k]) ** 2 or total <= 0.0:
+            continue
+        cross = (np.conj(error[..., k, None]) * others).mean(axis=0)
+        energy = (np.abs(others) ** 2).mean(axis=0)
+        coherence = np.abs(cross) ** 2 / np.maximum(power[:, None] * energy, 1e-300)
+        below = float(hz[shown][np.searchsorted(np.cumsum(power[shown]) / total, _SHARE)])
+        weight = power * (shown & (hz <= below))
+        weight /= weight.sum()
+        # Speeds bear the same noise as the error where they are fast; only commands are free of it there.
+        allowed = np.array([below <= _SLOW or "command" in name for name in names])
+        mean = np.where(allowed, weight @ coherence, -1.0)
+        chance = (1.0 + _CLEAR * np.sqrt(1.5 * (weight**2).sum())) * chance_of_one
+        best = int(np.argmax(mean))
+        follows = names[best] if mean[best] > max(_COHERENT, chance) else None
+        verdict, sentence = _verdict(below, follows, float(chance))
+        told[axis] = found.but(
+            coherence=shorter(coherence[shown, best], 3),
+            coherent_with=follows,
+            below_hz=round(below, 4),
+            verdict=verdict,
+            sentence=sentence,
+        )
     return told
 
 
-def _known(
-    spectra: Frequency,
-    hz: Array,
-    power: Array,
-    coherence: Array,
-    windows: int,
-    names: list[str],
-    shown: NDArray[np.bool_],
-    negligible: bool,
-) -> Frequency:
-    """The spectra of one axis with what they say."""
-    total = power[shown].sum()
-    if negligible or total <= 0.0:
-        return spectra.but(coherence=(0.0,) * int(shown.sum()))
-    below = float(hz[shown][np.searchsorted(np.cumsum(power[shown]) / total, _SHARE)])
-    slow = below <= _SLOW
-    band = shown & (hz <= below)
-    weight = power * band / power[band].sum()
-    mean = weight @ coherence
-    # Speeds bear the same noise as the error where they are fast; only commands are free of it there.
-    allowed = np.array([slow or "command" in name for name in names])
-    independent = windows / _HANN
-    chance = (1.0 + _CLEAR * np.sqrt(1.5 * (weight**2).sum())) / independent
-    best = int(np.argmax(np.where(allowed, mean, -1.0))) if allowed.any() else 0
-    follows = bool(allowed.any() and mean[best] > max(_COHERENT, chance))
+def _verdict(below: float, follows: str | None, chance: float) -> tuple[str, str]:
+    """What an error is, in a word and in a sentence.
+
+    Parameters
+    ----------
+    below : frequency below which most of it lies [Hz]
+    follows : the signal that it moves with
+    chance : coherence that independent signals may show
+    """
     most = f"{_SHARE * 100:.0f}{NARROW}% of the error lies below {number(below, 2)} Hz"
-    if slow and follows:
-        verdict, sentence = "slow force", f"{most} and moves with the {names[best]}: a slow force is missing, not noise"
-    elif follows:
-        verdict = "answer to commands"
-        sentence = f"the error reaches up to {number(below, 2)} Hz and moves with the {names[best]}, so it is not noise"
-    elif chance > 0.8:
-        verdict, sentence = "this log cannot tell", f"{most}; too short to say what it moves with"
-    elif slow:
-        verdict = "slow, of unknown origin"
-        sentence = f"{most}, so it is not white noise, but it moves with no command or speed in proportion"
-    else:
-        verdict = "like noise"
-        sentence = f"the error reaches up to {number(below, 2)} Hz and moves with no command, as sensor noise does"
-    return spectra.but(
-        coherence=shorter(coherence[shown, best], 3),
-        coherent_with=names[best] if follows else None,
-        below_hz=round(below, 4),
-        verdict=verdict,
-        sentence=sentence,
-    )
+    reaches = f"the error reaches up to {number(below, 2)} Hz and moves with"
+    if follows and below <= _SLOW:
+        return "slow force", f"{most} and moves with the {follows}: a slow force is missing, not noise"
+    if follows:
+        return "answer to commands", f"{reaches} the {follows}, so it is not noise"
+    if chance > _NEVER:
+        return "this log cannot tell", f"{most}; too short to say what it moves with"
+    if below <= _SLOW:
+        return (
+            "slow, of unknown origin",
+            f"{most}, so it is not white noise, but it moves with no command or speed in proportion",
+        )
+    return "like noise", f"{reaches} no command, as sensor noise does"
 
 
 def _windows(stage: Scene) -> NDArray[np.intp] | None:

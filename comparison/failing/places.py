@@ -6,6 +6,7 @@ One half of the log proposes them by a regression tree (Breiman et al. 1984, sec
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,8 @@ from ...discovery.findings import FailingPlace, Removal
 from ...physics.file_records import Number, Record, Whole, absent
 from ...physics.motion import AXES
 from ...residuals.scores import ACCELERATION_UNITS
-from .features import Feature, Split, doing, features, merged, splits
-from .rows import Array, Scene, contiguous, lower_end, mean_square
+from .features import Feature, doing, features, merged, splits
+from .rows import Array, Scene, contiguous, lower_end, mean_square, squared
 
 _APART = 1e-7
 """Two values that are nearer than this are one: single precision, in which trees are usually grown."""
@@ -82,9 +83,15 @@ _CLIP = 0.98
 Range = tuple[float, float]
 
 
-def regimes(
-    squares: Array, rows: NDArray[np.bool_], found: Sequence[Feature], least: int
-) -> Iterator[tuple[str, NDArray[np.bool_], int]]:
+class Place(NamedTuple):
+    """A place in the log: words, the rows in it (n,), and the number of quantities that the words name."""
+
+    where: str
+    inside: NDArray[np.bool_]
+    parts: int
+
+
+def regimes(squares: Array, rows: NDArray[np.bool_], found: Sequence[Feature], least: int) -> Iterator[Place]:
     """Grow a regression tree of the squared error and read every node of it but the root as a place.
 
     Parameters
@@ -96,7 +103,7 @@ def regimes(
 
     Yields
     ------
-    (words, (n,) rows inside, how many quantities the words name); thresholds are those of the words, rounded
+    Places whose thresholds are those of the words, rounded.
     """
     if rows.sum() < 2 * least or not squares[rows].any():
         return
@@ -104,7 +111,7 @@ def regimes(
     for ranges in _nodes(columns, np.minimum(seen, np.quantile(seen, _CLIP)), found, least, {}):
         inside = np.logical_and.reduce([one.inside(*ranges[one.name]) for one in found if one.name in ranges])
         parts = merged(ranges, found)
-        yield ", ".join(one.phrase(*ends) for one, ends in parts), inside, len(parts)
+        yield Place(", ".join(one.phrase(*ends) for one, ends in parts), inside, len(parts))
 
 
 def _nodes(
@@ -124,173 +131,20 @@ def _nodes(
             yield from _nodes(columns[side], target[side], found, least, inner, depth - 1)
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """A place in the log: words, the rows in it (n,), and the number of quantities that the words name."""
-
-    where: str
-    inside: NDArray[np.bool_]
-    parts: int
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """A place and the axis (0 to 2) on which the model fails there."""
-
-    place: Place
-    axis: int
-
-    def record(self, stage: Scene, model: str) -> FailingPlace:
-        """As `comparison.json` has it, without what becomes of the error."""
-        error = stage.error[:, self.axis]
-        usable = np.isfinite(error)
-        inside, squares = self.place.inside & usable, np.square(np.where(usable, error, 0.0))
-        return FailingPlace(
-            model=model,
-            where=self.place.where,
-            axis=AXES[self.axis],
-            share_of_error=round(float(squares[inside].sum() / squares.sum()), 4),
-            share_of_rows=round(float(inside.sum() / usable.sum()), 4),
-            rows=int(inside.sum()),
-            rmse=round(float(np.sqrt(squares[inside].mean())), 6),
-            unit=ACCELERATION_UNITS[AXES[self.axis]],
-        )
-
-
-def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
-    """The places where a model fails, worst first.
-
-    A place is a node of a shallow tree grown on the squared error, or a range of surge speed or yaw rate, a state of
-    the thrusters, both together, or a range of headings. Places are chosen by the error in one half of the log's
-    blocks. One is told when it holds at least 1.5 times as much of the squared error of its axis as of the time, and a
-    tenth more; when the error there, as a mean over a second, is a tenth of the usual acceleration; and when the other
-    half agrees: the 95 % interval of the mean square error there, from a bootstrap of its blocks in the place, lies
-    above the mean square of that half. Axes that the model predicts badly come first, and a place that repeats an
-    earlier one is passed over.
-
-    Parameters
-    ----------
-    limit : most of them
-    axes : that are looked at
-    """
-    if not len(stage.table) or stage.block[-1] + 1 < 2 * _FEWEST_BLOCKS:
-        return []
-    chooses = _halves(stage.block)
-    usable = np.isfinite(stage.error)
-    squares = np.square(np.where(usable, stage.error, 0.0))
-    with np.errstate(invalid="ignore"):
-        badness = np.minimum(np.sqrt(mean_square(stage.error)) / np.maximum(stage.spread, 1e-12), 1.0)
-    plain = list(_plain_places(stage))
-    trials: list[tuple[float, int, Place]] = []
-    for axis in axes:
-        if squares[:, axis].any():
-            places = [*plain, *_grown(stage, axis, squares[:, axis], chooses & usable[:, axis])]
-            trials += _best(places, squares[:, axis], usable[:, axis], chooses, axis, float(badness[axis]))
-    result: list[Failure] = []
-    taken, tried = np.zeros(stage.error.shape, bool), [0, 0, 0]
-    for _, axis, place in sorted(trials, key=lambda trial: (-trial[0], trial[2].where)):
-        told = [one for one in result if one.axis == axis]
-        if len(result) == limit:
-            break
-        inside = place.inside & usable[:, axis]
-        repeats = squares[inside & taken[:, axis], axis].sum() > 0.5 * squares[inside, axis].sum()
-        if len(told) == 2 or tried[axis] == _TRIED or repeats:
-            continue
-        tried[axis] += 1
-        if _holds(stage, inside, squares[:, axis], usable[:, axis], ~chooses, axis):
-            result.append(Failure(place, axis))
-            taken[:, axis] |= inside
-    return result
-
-
-def _halves(block: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """The rows of the half that chooses: blocks drawn evenly, but in no step with a manoeuvre."""
-    return (block * 0.6180339887498949) % 1.0 < 0.5
-
-
-def _grown(stage: Scene, axis: int, squares: Array, rows: NDArray[np.bool_]) -> Iterator[Place]:
-    least = max(round(0.5 * _LEAST_SECONDS / stage.step), round(_LEAST_SHARE * rows.sum()), 1)
-    for where, inside, parts in regimes(squares, rows, features(stage), least):
-        yield Place(where, inside, parts)
-
-
 def _plain_places(stage: Scene) -> Iterator[Place]:
     """Ranges of surge speed and yaw rate, with and without a state of the thrusters, such states, and headings."""
     speed, rate, command, heading = splits(stage.table)
+    states = [Place(label, command.codes == code, 1) for code, label in enumerate(command.labels)]
     for split in (speed, rate):
-        size = len(split.labels)
-        for first, last in combinations_with_replacement(range(size), 2):
-            if last - first + 1 < size:
-                inside, where = _inside(split, first, last), split.phrase(first, last)
-                yield Place(where, inside, 1)
-                for state in range(len(command.labels)):
-                    both = inside & _inside(command, state, state)
-                    yield Place(f"{where}, {command.phrase(state, state)}", both, 2)
-    for split, widest in ((command, 1), (heading, 4)):
-        for first, width in product(range(len(split.labels)), range(1, widest + 1)):
-            yield Place(split.phrase(first, first + width - 1), _inside(split, first, first + width - 1), 1)
-
-
-def _best(
-    places: list[Place],
-    squares: Array,
-    usable: NDArray[np.bool_],
-    chooses: NDArray[np.bool_],
-    axis: int,
-    badness: float,
-) -> list[tuple[float, int, Place]]:
-    """The places that the choosing half proposes, with their scores."""
-    seen = usable & chooses
-    error = np.array([(place.inside & seen) @ squares for place in places])
-    of_error = error / max(squares[chooses].sum(), 1e-300)
-    of_rows = np.array([np.count_nonzero(place.inside & seen) for place in places]) / max(int(seen.sum()), 1)
-    words = np.array([place.parts - 1 for place in places])
-    excess = of_error - of_rows - _A_WORD * words
-    sized = (of_rows >= _LEAST_SHARE) & (of_rows <= _MOST_SHARE)
-    kept = np.flatnonzero(sized & (of_error >= _RATIO * of_rows) & (excess >= _EXCESS))
-    return [(float(excess[k]) * badness, axis, places[k]) for k in kept]
-
-
-def _holds(
-    stage: Scene,
-    inside: NDArray[np.bool_],
-    squares: Array,
-    usable: NDArray[np.bool_],
-    tests: NDArray[np.bool_],
-    axis: int,
-) -> bool:
-    """True when a place is a failure on all rows, and the half that did not choose it agrees."""
-    of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / usable.sum()
-    if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
-        return False
-    slow, usual = stage.slow()
-    if np.sqrt(np.square(slow[inside, axis]).mean()) < _MATERIAL * usual[axis]:
-        return False
-    here, all_rows = inside & tests, usable & tests
-    blocks = np.unique(stage.block[here])
-    if blocks.size < _FEWEST_VISITS:
-        return False
-    return bool(lower_end(stage, squares * here, here.astype(float), blocks) > squares[all_rows].mean())
-
-
-def _inside(split: Split, first: int, last: int) -> NDArray[np.bool_]:
-    return (split.codes - first) % len(split.labels) <= last - first
-
-
-MOST_SEGMENTS = 5
-"""Segments that are told: what a person will look at."""
-LENGTH = 5.0
-"""Length of a segment [s]."""
-_STRIDE = 0.5
-"""Distance between the segments that are tried [s]: a tenth of one."""
-_TIMES = 1.5
-"""A segment's mean square error is so many times that of the whole log on its axis."""
-_PLAIN, _LARGE = 0.35, 0.2
-"""Its error, as a share of the usual acceleration on its axis: plainly a failure, or one if it stands out of noise."""
-_DEVIATIONS = 7.0
-"""Standard deviations by which it then lies above what even noise of the error's colour would have."""
-_MEMORY = 3.0
-"""Lags [s] up to which the error's colour is looked at."""
+        for first, last in combinations_with_replacement(range(len(split.labels)), 2):
+            if last - first + 1 < len(split.labels):
+                one = Place(split.phrase(first, last), split.inside(first, last), 1)
+                yield one
+                for state in states:
+                    yield Place(f"{one.where}, {state.where}", one.inside & state.inside, 2)
+    yield from states
+    for first, last in product(range(len(heading.labels)), range(4)):
+        yield Place(heading.phrase(first, first + last), heading.inside(first, first + last), 1)
 
 
 class FailingSeconds(Record):
@@ -320,30 +174,143 @@ class FailingSeconds(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
-    """Some seconds on one axis (0 to 2): the rows in it (n,)."""
+class Failure:
+    """The rows (n,) in which a model fails on an axis (0 to 2), and the place in words; none of some seconds."""
 
     rows: NDArray[np.bool_]
     axis: int
+    where: str = ""
 
-    def record(self, stage: Scene) -> FailingSeconds:
-        """As `comparison.json` has it, without what removes its error."""
-        index = np.flatnonzero(self.rows)
-        time, error = stage.column("time"), stage.error[:, self.axis]
-        squares = np.square(np.where(np.isfinite(error), error, 0.0))
-        return FailingSeconds(
-            log=int(stage.log[index[0]]),
-            begin=round(float(time[index[0]]), 2),
-            end=round(float(time[index[-1]]), 2),
-            axis=AXES[self.axis],
-            rmse=round(float(np.sqrt(squares[index].mean())), 6),
-            unit=ACCELERATION_UNITS[AXES[self.axis]],
-            share_of_error=round(float(squares[index].sum() / squares.sum()), 4),
-            doing=doing(stage, self.rows),
+    def place(self, stage: Scene, model: str) -> FailingPlace:
+        """As `comparison.json` has a place, without what becomes of the error."""
+        usable = np.isfinite(stage.error[:, self.axis])
+        inside = int((self.rows & usable).sum())
+        share = round(float(inside / usable.sum()), 4)
+        return FailingPlace(
+            model=model, where=self.where, rows=inside, share_of_rows=share, **self._size(stage, self.rows & usable)
         )
 
+    def seconds(self, stage: Scene) -> FailingSeconds:
+        """As `comparison.json` has some seconds, without what removes their error."""
+        index = np.flatnonzero(self.rows)
+        begin, end = (round(float(time), 2) for time in stage.column("time")[index[[0, -1]]])
+        log, said = int(stage.log[index[0]]), doing(stage, self.rows)
+        return FailingSeconds(log=log, begin=begin, end=end, doing=said, **self._size(stage, self.rows))
 
-def segments(stage: Scene, limit: int = MOST_SEGMENTS) -> list[Segment]:
+    def _size(self, stage: Scene, inside: NDArray[np.bool_]) -> dict[str, Any]:
+        """The axis, the error in the rows, and its share of that of all rows."""
+        squares = squared(stage.error[:, self.axis])
+        return {
+            "axis": AXES[self.axis],
+            "rmse": round(float(np.sqrt(squares[inside].mean())), 6),
+            "unit": ACCELERATION_UNITS[AXES[self.axis]],
+            "share_of_error": round(float(squares[inside].sum() / squares.sum()), 4),
+        }
+
+
+def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
+    """The places where a model fails, worst first.
+
+    A place is a node of a shallow tree grown on the squared error, or a range of surge speed or yaw rate, a state of
+    the thrusters, both together, or a range of headings. Places are chosen by the error in one half of the log's
+    blocks. One is told when it holds at least 1.5 times as much of the squared error of its axis as of the time, and a
+    tenth more; when the error there, as a mean over a second, is a tenth of the usual acceleration; and when the other
+    half agrees: the 95 % interval of the mean square error there, from a bootstrap of its blocks in the place, lies
+    above the mean square of that half. Axes that the model predicts badly come first, and a place that repeats an
+    earlier one is passed over.
+
+    Parameters
+    ----------
+    limit : most of them
+    axes : that are looked at
+    """
+    if not len(stage.table) or stage.block[-1] + 1 < 2 * _FEWEST_BLOCKS:
+        return []
+    halves = {axis: _Halves(stage, axis) for axis in axes if squared(stage.error[:, axis]).any()}
+    plain, quantities = list(_plain_places(stage)), features(stage)
+    trials = [(score, axis, one) for axis, own in halves.items() for score, one in own.proposed(plain, quantities)]
+    result: list[Failure] = []
+    taken, tried = np.zeros(stage.error.shape, bool), [0, 0, 0]
+    for _, axis, place in sorted(trials, key=lambda trial: (-trial[0], trial[2].where)):
+        own = halves[axis]
+        if len(result) == limit:
+            break
+        inside = place.inside & own.usable
+        repeats = own.squares[inside & taken[:, axis]].sum() > 0.5 * own.squares[inside].sum()
+        if sum(one.axis == axis for one in result) == 2 or tried[axis] == _TRIED or repeats:
+            continue
+        tried[axis] += 1
+        if own.holds(inside):
+            result.append(Failure(place.inside, axis, place.where))
+            taken[:, axis] |= inside
+    return result
+
+
+class _Halves:
+    """The squared error of one axis, in the half of the log's blocks that chooses places, and in that which tests."""
+
+    def __init__(self, stage: Scene, axis: int) -> None:
+        self._stage, self._axis = stage, axis
+        self.usable = np.isfinite(stage.error[:, axis])
+        self.squares = squared(stage.error[:, axis])
+        # Blocks are drawn evenly, but in no step with a manoeuvre.
+        self._chooses = (stage.block * 0.6180339887498949) % 1.0 < 0.5
+
+    def proposed(self, plain: Sequence[Place], quantities: Sequence[Feature]) -> Iterator[tuple[float, Place]]:
+        """The places that the choosing half proposes, with their scores: excess times how badly the axis is predicted.
+
+        Parameters
+        ----------
+        plain : the places that are tried on every axis
+        quantities : of which a tree makes more
+        """
+        stage, seen = self._stage, self.usable & self._chooses
+        least = max(round(0.5 * _LEAST_SECONDS / stage.step), round(_LEAST_SHARE * seen.sum()), 1)
+        badness = min(
+            float(np.sqrt(self.squares.sum() / self.usable.sum()) / max(stage.spread[self._axis], 1e-12)), 1.0
+        )
+        for place in (*plain, *regimes(self.squares, seen, quantities, least)):
+            inside = place.inside & seen
+            of_error = inside @ self.squares / max(self.squares[self._chooses].sum(), 1e-300)
+            of_rows = np.count_nonzero(inside) / max(int(seen.sum()), 1)
+            excess = of_error - of_rows - _A_WORD * (place.parts - 1)
+            if _LEAST_SHARE <= of_rows <= _MOST_SHARE and of_error >= _RATIO * of_rows and excess >= _EXCESS:
+                yield float(excess) * badness, place
+
+    def holds(self, inside: NDArray[np.bool_]) -> bool:
+        """True when a place is a failure on all rows, and the half that did not choose it agrees."""
+        stage, squares = self._stage, self.squares
+        of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / self.usable.sum()
+        if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
+            return False
+        slow, usual = (values[..., self._axis] for values in stage.slow())
+        if np.sqrt(np.square(slow[inside]).mean()) < _MATERIAL * usual:
+            return False
+        here = inside & ~self._chooses
+        blocks = np.unique(stage.block[here])
+        if blocks.size < _FEWEST_VISITS:
+            return False
+        tested = squares[self.usable & ~self._chooses].mean()
+        return bool(lower_end(stage, squares * here, here.astype(float), blocks) > tested)
+
+
+MOST_SEGMENTS = 5
+"""Segments that are told: what a person will look at."""
+LENGTH = 5.0
+"""Length of a segment [s]."""
+_STRIDE = 0.5
+"""Distance between the segments that are tried [s]: a tenth of one."""
+_TIMES = 1.5
+"""A segment's mean square error is so many times that of the whole log on its axis."""
+_PLAIN, _LARGE = 0.35, 0.2
+"""Its error, as a share of the usual acceleration on its axis: plainly a failure, or one if it stands out of noise."""
+_DEVIATIONS = 7.0
+"""Standard deviations by which it then lies above what even noise of the error's colour would have."""
+_MEMORY = 3.0
+"""Lags [s] up to which the error's colour is looked at."""
+
+
+def segments(stage: Scene, limit: int = MOST_SEGMENTS) -> list[Failure]:
     """The stretches of 5 s with the largest slow error, worst first: those that stand out of even noise of its colour.
 
     They do not overlap on an axis; those on an axis that the model predicts badly come first.
@@ -367,12 +334,12 @@ def segments(stage: Scene, limit: int = MOST_SEGMENTS) -> list[Segment]:
             share = np.sqrt(square) / max(usual[axis], 1e-12)
             if square > _TIMES * whole[axis] and (share > _PLAIN or (share > _LARGE and square > noisy)):
                 trials.append((float(square / whole[axis] * badness[axis]), axis, start))
-    result: list[Segment] = []
+    result: list[Failure] = []
     for _, axis, start in sorted(trials, key=lambda trial: (-trial[0], trial[1:])):
         rows = np.zeros(stage.stretch.size, bool)
         rows[start : start + length] = True
         if len(result) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in result):
-            result.append(Segment(rows, axis))
+            result.append(Failure(rows, axis))
     return result
 
 

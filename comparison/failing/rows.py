@@ -85,7 +85,7 @@ class Scene:
     @property
     def spread(self) -> Array:
         """Standard deviation of the measured acceleration by axis, (3,)."""
-        return np.sqrt(mean_square(self.measured - _mean(self.measured)))
+        return np.sqrt(mean_square(self.measured - finite_mean(self.measured)))
 
     def slow(self) -> tuple[Array, Array]:
         """Error (n, 3), and usual size (3,) of the measured acceleration, both as means over a second.
@@ -95,7 +95,7 @@ class Scene:
         """
         rows = max(1, round(_SMOOTH / self.step))
         error = running_mean(np.nan_to_num(self.error), rows)
-        measured = running_mean(np.nan_to_num(self.measured - _mean(self.measured)), rows)
+        measured = running_mean(np.nan_to_num(self.measured - finite_mean(self.measured)), rows)
         return error, np.sqrt(mean_square(measured))
 
     @property
@@ -149,15 +149,26 @@ def acceleration_error(series: SeriesTable, model: str = "before") -> Array:
 
 def mean_square(values: Array) -> Array:
     """Mean square over the finite rows, by column; zero where there is none."""
-    return _mean(np.square(values))
+    return finite_mean(np.square(values))
 
 
-def shorter(values: Any, digits: int = 5) -> list[float]:
+def squared(values: Array) -> Array:
+    """Squares of finite values, and zero in the place of others."""
+    return np.square(np.where(np.isfinite(values), values, 0.0))
+
+
+def short(value: float, digits: int = 5) -> float:
+    """A number for a file, to some significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
+def shorter(values: Any, digits: int = 5) -> tuple[float, ...]:
     """Numbers for a file, to some significant digits."""
-    return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=float)]
+    return tuple(short(value, digits) for value in np.asarray(values, dtype=float))
 
 
-def _mean(values: Array) -> Array:
+def finite_mean(values: Array) -> Any:
+    """Mean over the finite rows, by column; zero where there is none."""
     usable = np.isfinite(values)
     return np.where(usable, values, 0.0).sum(0) / np.maximum(usable.sum(0), 1)
 
@@ -243,10 +254,10 @@ class Fitted:
         """Standard errors, (k,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    def interval(self, k: int) -> list[float]:
+    def interval(self, k: int) -> tuple[float, float]:
         """The 95 % interval of a coefficient."""
         reach = student(max(self.blocks - 2, 2), 0.975) * self.errors[k]
-        return [float(self.values[k] - reach), float(self.values[k] + reach)]
+        return float(self.values[k] - reach), float(self.values[k] + reach)
 
 
 def fit_with_nuisances(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:

@@ -3,7 +3,6 @@
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ...measurements.statistics.blocks import fisher
@@ -11,7 +10,7 @@ from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
 from ...physics.presentation import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
-from .rows import Array, Fitted, Scene, fit_with_nuisances, shorter, static_columns
+from .rows import Array, Fitted, Scene, finite_mean, fit_with_nuisances, short, static_columns
 
 SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _SECTOR_SECONDS, _FEWEST_SECTORS = 3.0, 5
@@ -96,56 +95,48 @@ def against_heading(stage: Scene) -> dict[str, Heading]:
     fits = [fit_with_nuisances(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
     told = {}
     for k, axis in enumerate(AXES):
-        known = _by_sector(stage.error[:, k], sector, sailed)
-        told[axis] = _heading_of(known, fits[k], int(sailed.sum()), float(stage.spread[k]), k)
+        ends = [_quartiles(stage.error[sector == n, k]) if sailed[n] else None for n in range(len(SECTORS))]
+        known = Heading(
+            mean=tuple(None if of is None else short(of[1]) for of in ends),
+            spread=tuple(None if of is None else short(0.5 * (of[2] - of[0])) for of in ends),
+        )
+        if sailed.sum() < _FEWEST_SECTORS:
+            why = f"the boat sailed in {sailed.sum()} of {len(SECTORS)} directions only"
+            told[axis] = known.but(sentence=_UNTOLD.format(why))
+        else:
+            told[axis] = _heading_of(known, fits[k], float(stage.spread[k]), k)
     return _suspected(told, stage, psi)
 
 
-def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> Heading:
-    middle: list[float | None] = []
-    spread: list[float | None] = []
-    for k in range(len(SECTORS)):
-        here = error[(sector == k) & np.isfinite(error)]
-        if not sailed[k] or not here.size:
-            middle, spread = [*middle, None], [*spread, None]
-            continue
-        low, centre, high = np.quantile(here, [0.25, 0.5, 0.75])
-        middle, spread = [*middle, *shorter([centre])], [*spread, *shorter([0.5 * (high - low)])]
-    return Heading(mean=tuple(middle), spread=tuple(spread))
+def _quartiles(error: Array) -> Array | None:
+    """Of the finite ones; None where there is none."""
+    usable = error[np.isfinite(error)]
+    return np.quantile(usable, [0.25, 0.5, 0.75]) if usable.size else None
 
 
-def _heading_of(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis: int) -> Heading:
+def _heading_of(known: Heading, fit: Fitted | None, usual: float, axis: int) -> Heading:
     unit = ACCELERATION_UNITS[AXES[axis]]
-    if sectors < _FEWEST_SECTORS:
-        why = f"the boat sailed in {sectors} of {len(SECTORS)} directions only"
-        return known.but(sentence=_UNTOLD.format(why))
     if fit is None or fit.free.min() < _FREE:
         return known.but(sentence=_UNTOLD.format("too short" if fit is None else "heading and motion go together"))
     cosine, sine = fit.values
     amplitude = float(np.hypot(cosine, sine))
     # In the earth: a push towards chi gives A cos(psi - chi) ahead and -A sin(psi - chi) to starboard.
     direction = np.arctan2(cosine, -sine) if axis == 1 else np.arctan2(sine, cosine)
-    drawn = np.hypot(*fit.sample.T)
-    low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
-    ends = shorter([low, high])
+    course = float(np.degrees(direction) % 360.0)
+    low, high = (float(end) for end in np.quantile(np.hypot(*fit.sample.T), [0.025, 0.975]))
     found = known.but(
         harmonic=Harmonic(
-            amplitude=shorter([amplitude])[0],
-            direction=round(float(np.degrees(direction) % 360.0), 1),
-            ci95=(ends[0], ends[1]),
-            unit=unit,
+            amplitude=short(amplitude), direction=round(course, 1), ci95=(short(low), short(high)), unit=unit
         )
     )
-    size = f"{number(amplitude, 2)} {unit_text(unit)}"
+    size, most = (f"{number(value, 2)} {unit_text(unit)}" for value in (amplitude, max(high, amplitude)))
     if _is_sure(fit) and amplitude > _MATERIAL * usual:
-        towards = f"{number(float(np.degrees(direction) % 360.0), 2)} degrees"
+        towards = f"{number(course, 2)} degrees"
         way = f"most to starboard on heading {towards}" if axis == 2 else f"a push towards {towards}"
         return found.but(verdict=_DEPENDS, sentence=f"the error turns with the heading by {size}: {way}")
-    most = max(high, amplitude)
-    if most <= 2.0 * _MATERIAL * usual:
-        bound = f"{number(most, 2)} {unit_text(unit)}"
-        return found.but(verdict=_DOES_NOT, sentence=f"no more than {bound} of the error turns with the heading")
-    return found.but(sentence=_UNTOLD.format(f"up to {number(most, 2)} {unit_text(unit)} may"))
+    if max(high, amplitude) <= 2.0 * _MATERIAL * usual:
+        return found.but(verdict=_DOES_NOT, sentence=f"no more than {most} of the error turns with the heading")
+    return found.but(sentence=_UNTOLD.format(f"up to {most} may"))
 
 
 def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, Heading]:
@@ -234,60 +225,57 @@ def over_time(stage: Scene) -> dict[str, Drift]:
     By axis.
     """
     time, span = _minutes(stage)
-    moved = np.abs(static_columns(stage)[:, :12])
-    beside = np.column_stack([_logs(stage), static_columns(stage)[:, 1:]])
+    logs, static = (stage.log[:, None] == np.unique(stage.log)).astype(float), static_columns(stage)[:, 1:]
+    moved = np.abs(static[:, :11])
     told = {}
     for k, axis in enumerate(AXES):
-        error = stage.error[:, k]
-        mean = fit_with_nuisances(stage, error, time[:, None], beside)
-        size = np.abs(error)
-        grown = fit_with_nuisances(
-            stage, size, time[:, None], np.column_stack([_logs(stage), moved[:, 1:], np.abs(stage.measured[:, k])])
-        )
-        told[axis] = _drift_of(
-            mean,
-            grown,
-            span,
-            float(stage.spread[k]),
-            float(np.sum(np.nan_to_num(size)) / max(int(np.isfinite(size).sum()), 1)),
-            k,
-        )
+        error, size = stage.error[:, k], np.abs(stage.error[:, k])
+        mean = fit_with_nuisances(stage, error, time[:, None], np.column_stack([logs, static]))
+        beside = np.column_stack([logs, moved, np.abs(stage.measured[:, k])])
+        grown = fit_with_nuisances(stage, size, time[:, None], beside)
+        unit, usual = ACCELERATION_UNITS[axis], float(stage.spread[k])
+        if mean is None or 60.0 * span < _SHORTEST:
+            told[axis] = Drift(unit=unit, sentence=_UNTOLD.format("too short for a drift"))
+        elif grown is None or min(mean.free[0], grown.free[0]) < _FREE_TIME:
+            why = "what the boat did changed along with the time"
+            told[axis] = Drift(unit=unit, sentence=_UNTOLD.format(why))
+        else:
+            told[axis] = _drift_of(mean, grown, span, unit, (usual, float(finite_mean(size))))
     return told
 
 
-def _drift_of(mean: Fitted | None, grown: Fitted | None, span: float, usual: float, size: float, axis: int) -> Drift:
-    unit = ACCELERATION_UNITS[AXES[axis]]
-    if mean is None or grown is None or 60.0 * span < _SHORTEST or min(mean.free[0], grown.free[0]) < _FREE_TIME:
-        short = 60.0 * span < _SHORTEST or mean is None
-        why = "too short for a drift" if short else "what the boat did changed along with the time"
-        return Drift(unit=unit, sentence=_UNTOLD.format(why))
+def _drift_of(mean: Fitted, grown: Fitted, span: float, unit: str, sizes: tuple[float, float]) -> Drift:
+    """The trend by a fit of the error and one of its size.
+
+    Parameters
+    ----------
+    mean, grown : the two fits
+    span : of the longest log [min]
+    unit : of the error
+    sizes : of the usual acceleration, and of the error
+    """
+    usual, size = sizes
     slope, growth = float(mean.values[0]), float(grown.values[0]) / max(size, 1e-300)
-    ends, size_ends = shorter(mean.interval(0)), shorter(np.array(grown.interval(0)) / max(size, 1e-300))
+    (low, high), (least, most) = mean.interval(0), np.array(grown.interval(0)) / max(size, 1e-300)
     found = Drift(
-        per_minute=shorter([slope])[0],
-        ci95=(ends[0], ends[1]),
-        size_per_minute=shorter([growth])[0],
-        size_ci95=(size_ends[0], size_ends[1]),
+        per_minute=short(slope),
+        ci95=(short(low), short(high)),
+        size_per_minute=short(growth),
+        size_ci95=(short(least), short(most)),
         unit=unit,
         sentence="",
     )
-    drifts = abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL_DRIFT * usual
-    grows = (
-        abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0]
-        and abs(growth) * span > _GROWTH
-        and size > _MATERIAL_DRIFT * usual
-    )
-    if drifts:
+    if abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL_DRIFT * usual:
         sentence = f"the error drifts by {number(slope, 2)} {unit_text(unit)} a minute at equal speeds and commands"
         return found.but(verdict="drifts", sentence=sentence)
-    if grows:
+    grows = abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0] and abs(growth) * span > _GROWTH
+    if grows and size > _MATERIAL_DRIFT * usual:
         verdict = "grows" if growth > 0.0 else "shrinks"
         return found.but(verdict=verdict, sentence=f"the error {verdict} by {percent(abs(growth))} a minute")
-    reach = max(abs(end) for end in mean.interval(0)) * span
-    if reach > 2.0 * max(_MATERIAL_DRIFT * usual, size):
-        why = f"the error may drift by {number(reach, 2)} {unit_text(unit)} over the log"
-        return found.but(sentence=_UNTOLD.format(why))
+    reach = max(abs(low), abs(high)) * span
     bound = f"{number(reach, 2)} {unit_text(unit)}"
+    if reach > 2.0 * max(_MATERIAL_DRIFT * usual, size):
+        return found.but(sentence=_UNTOLD.format(f"the error may drift by {bound} over the log"))
     return found.but(verdict="steady", sentence=f"no drift: less than {bound} over the log")
 
 
@@ -298,8 +286,3 @@ def _minutes(stage: Scene) -> tuple[Array, float]:
     for log in np.unique(stage.log):
         since[stage.log == log] -= time[stage.log == log].min()
     return since, float(since.max())
-
-
-def _logs(stage: Scene) -> Array:
-    """A constant for each log."""
-    return (stage.log[:, None] == np.unique(stage.log)).astype(float)

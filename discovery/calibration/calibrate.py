@@ -55,81 +55,69 @@ class Fitted:
     unseen: tuple[tuple[Fold, Vehicle], ...] = ()
 
 
-def convex_step(
-    motions: Sequence[Motion],
-    nominal: Vehicle,
-    pool: Sequence[Candidate],
-    settings: DiscoverySettings,
-    folds: Sequence[Fold] = (),
-) -> Fitted:
-    """The first step: the lawful fit to the weak form.
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """The two steps of a calibration, on some motions or on a part of them.
 
-    Parameters
+    Attributes
     ----------
-    motions : measured
-    nominal : the model whose parameters are fitted
+    nominal : the model whose parameters are fitted, and to which limits and notes refer
     pool : nuisance candidates, one for each parameter
     settings : of discovery
-    folds : parts of the logs without each of which the fit is repeated
-    """
-    weak = WeakForm(motions, settings.weak)
-    search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
-    state = search.reshape(search.evaluate(nominal, ()))
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    chosen = [linear.options[key][0] for key in state.active]
-    lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    unseen = _without(folds, weak, linear, scores, chosen, lawful, nominal)
-    return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed), unseen)
-
-
-def rollout_step(
-    motions: Sequence[Motion],
-    start: Vehicle,
-    nominal: Vehicle,
-    pool: Sequence[Candidate],
-    folds: Sequence[Fold] = (),
-    shooting: ShootingSettings | None = None,
-) -> Fitted:
-    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
-
-    Parameters
-    ----------
-    motions : measured
-    start : the vehicle at which the fit begins
-    nominal : the vehicle that limits and notes refer to
-    pool : nuisance candidates, one for each parameter
-    folds : parts of the logs without each of which the fit is repeated
     shooting : the rollouts; None for those that the motions hold, see `rollouts_over`
     """
-    symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    shooting = shooting or rollouts_over(motions)
-    polished = polish(motions, start, symbols, shooting)
-    form = Shooting(motions, polished.vehicle, shooting)
-    linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
-    scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
-    chosen = [linear.options[c.key][0] for c in pool]
-    lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    unseen = _without(folds, form, linear, scores, chosen, lawful, nominal)
-    return Fitted(lawful, polished.intervals, unseen)
 
+    nominal: Vehicle
+    pool: Sequence[Candidate]
+    settings: DiscoverySettings
+    shooting: ShootingSettings | None = None
 
-def _without(
-    folds: Sequence[Fold],
-    balance: Balance,
-    linear: Linearisation,
-    scores: GramScores,
-    chosen: Sequence[Option],
-    lawful: Lawful,
-    nominal: Vehicle,
-) -> tuple[tuple[Fold, Vehicle], ...]:
-    """Vehicles fitted without each fold: a Gauss-Newton step from the fit to everything, under the same laws."""
-    found = []
-    for fold in folds:
-        seen = scores_without_fold(balance, linear, scores, fold)
-        shown = hold_unseen(seen, chosen, nominal)
-        fit = passive_refit(seen, shown, lawful.vehicle, lawful.passivity.envelope)
-        found.append((fold, lawful.vehicle.with_values(fit.values)))
-    return tuple(found)
+    def convex(self, motions: Sequence[Motion], folds: Sequence[Fold] = ()) -> Fitted:
+        """The first step: the lawful fit to the weak form; repeated without each fold, a part of the motions."""
+        weak = WeakForm(motions, self.settings.weak)
+        search = Search(weak, self.nominal, self.pool, replace(self.settings.search, refinements=_ROUNDS))
+        state = search.reshape(search.evaluate(self.nominal, ()))
+        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        chosen = [linear.options[key][0] for key in state.active]
+        lawful, unseen = self._lawful(motions, weak, linear, scores, chosen, folds)
+        return Fitted(lawful, intervals(weak, scores, self.pool, chosen, state.vehicle, self.settings.seed), unseen)
+
+    def rollouts(self, motions: Sequence[Motion], start: Vehicle, folds: Sequence[Fold] = ()) -> Fitted:
+        """The second step: rollouts fitted from a start, then held to the laws.
+
+        Parameters
+        ----------
+        motions : measured
+        start : the vehicle at which the fit begins, the first step's as a rule
+        folds : parts of the motions without each of which the fit is repeated
+        """
+        symbols = [p.symbol for c in self.pool for p in c.parameters if not p.stepped]
+        shooting = self.shooting or rollouts_over(motions)
+        polished = polish(motions, start, symbols, shooting)
+        form = Shooting(motions, polished.vehicle, shooting)
+        linear = Linearisation(form, polished.vehicle, self.nominal, self.pool, [c.key for c in self.pool])
+        scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
+        chosen = [linear.options[c.key][0] for c in self.pool]
+        lawful, unseen = self._lawful(motions, form, linear, scores, chosen, folds)
+        return Fitted(lawful, polished.intervals, unseen)
+
+    def _lawful(
+        self,
+        motions: Sequence[Motion],
+        balance: Balance,
+        linear: Linearisation,
+        scores: GramScores,
+        chosen: Sequence[Option],
+        folds: Sequence[Fold],
+    ) -> tuple[Lawful, tuple[tuple[Fold, Vehicle], ...]]:
+        """The lawful fit, and by a Gauss-Newton step from it vehicles fitted without each fold, under the same laws."""
+        lawful, unseen = lawful_model(motions, scores, chosen, self.nominal, _name(self.nominal)), []
+        for fold in folds:
+            seen = scores_without_fold(balance, linear, scores, fold)
+            shown = hold_unseen(seen, chosen, self.nominal)
+            fit = passive_refit(seen, shown, lawful.vehicle, lawful.passivity.envelope)
+            unseen.append((fold, lawful.vehicle.with_values(fit.values)))
+        return lawful, tuple(unseen)
 
 
 def _name(nominal: Vehicle) -> str:
@@ -253,15 +241,15 @@ def calibrate(
     pool = nuisance_candidates(nominal, known.symbols)
     long = sum(m.duration for m in motions) >= 1.5 * QUARTERS * WHOLE_HORIZON
     horizon = WHOLE_HORIZON if long else HORIZON
-    fitted = convex_step(motions, nominal, pool, settings)
+    steps = Steps(nominal, pool, settings, rollouts_over(motions))
+    fitted = steps.convex(motions)
     _demand_lawful(fitted.lawful, known.symbols)
-    shooting = rollouts_over(motions)
-    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.uses_rollouts, shooting, say)
+    held_out = _held_out(motions, steps, horizon, basis.uses_rollouts, say)
     best: Method = "weak form"
     overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
         start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
-        best, fitted = "output error", rollout_step(motions, start, nominal, pool, shooting=shooting)
+        best, fitted = "output error", steps.rollouts(motions, start)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
@@ -312,13 +300,13 @@ def calibrate_once(
     """
     settings = settings or DiscoverySettings()
     ground = prepare_calibration(motions, nominal, settings, basis=basis)
-    pool = nuisance_candidates(nominal, ground.known.symbols)
     motions, known, rolls = ground.basis.motions, ground.known, ground.basis.uses_rollouts
-    start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
+    steps = Steps(nominal, nuisance_candidates(nominal, known.symbols), settings)
+    start = nominal if rolls else steps.convex(motions).lawful.vehicle
     try:
-        fitted = rollout_step(motions, start, nominal, pool, folds)
+        fitted = steps.rollouts(motions, start, folds)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
-        fitted = convex_step(motions, nominal, pool, settings, folds)
+        fitted = steps.convex(motions, folds)
     _demand_lawful(fitted.lawful, known.symbols)
     return _rounded(fitted, nominal, known.symbols), known.symbols
 
@@ -345,14 +333,7 @@ def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted
 
 
 def _held_out(
-    motions: Sequence[Motion],
-    nominal: Vehicle,
-    pool: Sequence[Candidate],
-    settings: DiscoverySettings,
-    horizon: float,
-    rolls: bool,
-    shooting: ShootingSettings,
-    say: Callable[[str], None],
+    motions: Sequence[Motion], steps: Steps, horizon: float, rolls: bool, say: Callable[[str], None]
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
 
@@ -361,22 +342,20 @@ def _held_out(
 
     Parameters
     ----------
+    steps : of the calibration, whose rollouts are fitted to all of the log, and so to the parts
     rolls : the error of the force balance is coloured, and rollouts are fitted from the nominal model
-    shooting : the rollouts that are fitted to all of the log, and so to the parts
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     judged = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
     for k in range(QUARTERS):
         inside, outside = quarter(motions, k)
         try:
-            convex = convex_step(outside, nominal, pool, settings)
-            start = nominal if rolls else convex.lawful.vehicle
-            rolled = rollout_step(outside, start, nominal, pool, shooting=shooting)
-            judge_by = Shooting(inside, rolled.lawful.vehicle, judged)
+            convex = steps.convex(outside).lawful.vehicle
+            rolled = steps.rollouts(outside, steps.nominal if rolls else convex).lawful.vehicle
+            judge_by = Shooting(inside, rolled, judged)
         except RequestError:
             return {}
-        vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)
-        for name, vehicle in zip(found, vehicles, strict=True):
+        for name, vehicle in zip(found, (steps.nominal, convex, rolled), strict=True):
             found[name].append(judge_by.squares(vehicle))
         say(Stage(f"predicted part {k + 1} of {QUARTERS} by models fitted to the others", PREDICTED[k]))
     return {name: np.concatenate(parts) for name, parts in found.items()}

@@ -6,8 +6,9 @@ Rows are neither independent nor normal, so the noise variance is widened until 
 own residual with random places and signs, keep the budget.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -15,6 +16,7 @@ from scipy.special import logsumexp
 from ...measurements.statistics.blocks import CI
 from ...physics.errors import RequestError
 from ...physics.motion import Array
+from .forgetting_fit import AdaptationPrior
 
 _KEPT = ((6, 1), (24, 4), (120, 12), (960, 48))
 """Blocks back up to which every n-th may be the first of a change: to leave candidates out can only lower the sum, and
@@ -87,6 +89,21 @@ class Alarm:
     half: float
 
 
+def candidate_onsets(last: Any, first: np.ndarray, spacing: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Which onsets of a change are thought of: every one of late, and ever fewer the longer ago.
+
+    Parameters
+    ----------
+    last, first : numbers of the last block, and of the first with the change
+    spacing : how far back up to which every n-th is kept, and n
+    """
+    kept, low = np.zeros(first.shape, dtype=bool), 0
+    for high, every in spacing:
+        kept |= (last - first >= low) & (last - first < high) & (first % every == 0)
+        low = high
+    return kept
+
+
 class Detector:
     """The sum of Shiryaev and Roberts over several boats that are excited alike and see other noise.
 
@@ -144,12 +161,7 @@ class Detector:
         return np.maximum(precision, 1.0), pull
 
     def _prune(self) -> None:
-        back = self.count - 1 - self.starts
-        kept = np.zeros(back.size, dtype=bool)
-        low = 0
-        for high, every in _KEPT:
-            kept |= (back >= low) & (back < high) & (self.starts % every == 0)
-            low = high
+        kept = candidate_onsets(self.count - 1, self.starts, _KEPT)
         self.starts, self._information, self._score = self.starts[kept], self._information[kept], self._score[kept]
 
     def change(self, candidate: int, parameter: int) -> tuple[float, float, float]:
@@ -167,32 +179,16 @@ class ChangeWatch:
 
     Parameters
     ----------
-    symbols, start : names and values at the start of the parameters
-    amounts : (p,) plausible changes
-    share : what a row counts
-    stride : time between rows [s]
+    known : of the boat and its log, and what is followed
     settings : budget
     widening : of the variance of the noise, from the rehearsal
     """
 
-    def __init__(
-        self,
-        symbols: Sequence[str],
-        start: Array,
-        amounts: Array,
-        share: float,
-        stride: float,
-        settings: AlarmSettings,
-        widening: float,
-    ) -> None:
-        self._symbols, self._start, self._amounts, self._share = tuple(symbols), start, amounts, share
-        self._rows, self._threshold, self._scatter = (
-            rows_of(settings, stride),
-            np.log(settings.threshold),
-            settings.scatter,
-        )
+    def __init__(self, known: AdaptationPrior, settings: AlarmSettings, widening: float) -> None:
+        self._known, self._amounts, self._share = known, known.amounts, known.settings.share
+        self._rows, self._settings = rows_of(settings, known), settings
         self.widening = widening
-        self._detector = Detector(amounts, widening)
+        self._detector = Detector(known.amounts, widening)
         self._begins: dict[int, float] = {}
         self._block()
 
@@ -219,12 +215,12 @@ class ChangeWatch:
         self._taken += 1
         if self._taken < self._rows:
             return None
-        kept = with_scatter(self._information / self._misfit, self._scatter) / self._misfit
+        kept = with_scatter(self._information / self._misfit, self._settings.scatter) / self._misfit
         (total,) = self._detector.take(kept @ self._information, kept @ self._score)
         known = {*self._detector.starts.tolist(), self._detector.count}
         self._begins = {n: at for n, at in self._begins.items() if n in known}
         self._block()
-        if total < self._threshold:
+        if total < np.log(self._settings.threshold):
             return None
         result = self._alarm(time)
         self._detector.reset()
@@ -244,19 +240,17 @@ class ChangeWatch:
         weight = np.exp(logs - logs.max())
         each = weight.sum(axis=0)
         parameter = int(np.argmax(each))
-        order = np.argsort(-each)
-        alike = tuple(
-            self._symbols[k] for k in order.tolist() if k != parameter and each[k] >= _ALIKE * each[parameter]
-        )
+        symbols, order = self._known.symbols, np.argsort(-each).tolist()
+        alike = tuple(symbols[k] for k in order if k != parameter and each[k] >= _ALIKE * each[parameter])
         candidate = int(np.argmax(weight[:, parameter]))
         began = np.array([self._begins[n] for n in self._detector.starts.tolist()])
         passed = np.cumsum(weight[:, parameter]) / each[parameter]
         low, high = np.searchsorted(passed, [0.5 * (1.0 - _SURE), 0.5 * (1.0 + _SURE)])
         before, size, deviation = self._detector.change(candidate, parameter)
-        unit, start = float(self._amounts[parameter]), float(self._start[parameter])
+        unit, start = float(self._amounts[parameter]), float(self._known.start[parameter])
         return Alarm(
             time,
-            self._symbols[parameter],
+            symbols[parameter],
             alike,
             float(began[candidate]),
             float(began[low]),
@@ -267,9 +261,9 @@ class ChangeWatch:
         )
 
 
-def rows_of(settings: AlarmSettings, stride: float) -> int:
+def rows_of(settings: AlarmSettings, known: AdaptationPrior) -> int:
     """Rows of a block."""
-    return max(1, round(settings.block / stride))
+    return max(1, round(settings.block / known.settings.weak.stride))
 
 
 def with_scatter(information: Array, scatter: float) -> Array:
@@ -304,8 +298,7 @@ class SurrogateRuns:
     Parameters
     ----------
     columns, balance : rows that inform, (n, 3, p) and (n, 3), over the noise
-    amounts : (p,) plausible changes
-    share, stride : what a row counts, and the time between two [s]
+    known : of the boat and its log, and what is followed
     settings : of the watch
     runs : of twenty minutes each; as many as the budget asks for, where nobody says
 
@@ -315,16 +308,9 @@ class SurrogateRuns:
     """
 
     def __init__(
-        self,
-        columns: Array,
-        balance: Array,
-        amounts: Array,
-        share: float,
-        stride: float,
-        settings: AlarmSettings,
-        runs: int | None = None,
+        self, columns: Array, balance: Array, known: AdaptationPrior, settings: AlarmSettings, runs: int | None = None
     ) -> None:
-        rows = rows_of(settings, stride)
+        rows, share, amounts = rows_of(settings, known), known.settings.share, known.amounts
         blocks, p = len(columns) // rows, amounts.size
         self._amounts, self._threshold = amounts, settings.threshold
         self.runs = runs or int(np.clip(np.ceil(_BUDGETS * settings.threshold / _BLOCKS), *_RUNS))
@@ -354,28 +340,37 @@ class SurrogateRuns:
         return int(rung.sum())
 
 
-def calibrate_widening(
-    columns: Array, balance: Array, amounts: Array, share: float, stride: float, settings: AlarmSettings
-) -> float | None:
+def calibrate_widening(columns: Array, balance: Array, known: AdaptationPrior, settings: AlarmSettings) -> float | None:
     """The least widening of the noise's variance that keeps the budget; None of a run-in that tells too little.
 
     Parameters
     ----------
-    columns, balance, amounts, share, stride, settings : see `Rehearsal`
+    columns, balance, known, settings : see `SurrogateRuns`
     """
-    if len(columns) < _FEWEST * rows_of(settings, stride):
+    if len(columns) < _FEWEST * rows_of(settings, known):
         return None
-    rehearsal = SurrogateRuns(columns, balance, amounts, share, stride, settings)
-    allowed = _ALLOWED * rehearsal.hours / settings.hours
-    low, high = 0, len(WIDENINGS) - 1
+    surrogate = SurrogateRuns(columns, balance, known, settings)
+    allowed = _ALLOWED * surrogate.hours / settings.hours
+    return least_widening(WIDENINGS, lambda widening: surrogate.alarms(widening, allowed) <= allowed)
+
+
+def least_widening(widenings: Sequence[float], kept: Callable[[float], bool]) -> float:
+    """The least of some widenings with which a budget is kept, by bisection; the largest where none is enough.
+
+    Parameters
+    ----------
+    widenings : in order
+    kept : whether the budget is kept with one
+    """
+    low, high = 0, len(widenings) - 1
     middle = 0  # most boats need none
     while low < high:
-        if rehearsal.alarms(WIDENINGS[middle], allowed) <= allowed:
+        if kept(widenings[middle]):
             high = middle
         else:
             low = middle + 1
         middle = (low + high) // 2
-    return WIDENINGS[low]
+    return widenings[low]
 
 
 def _drawn(rng: np.random.Generator, runs: int, blocks: int) -> tuple[np.ndarray, Array]:

@@ -24,7 +24,7 @@ from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings
 from .change_watch import Alarm, AlarmSettings, ChangeWatch, calibrate_widening
-from .forgetting_fit import AdaptSettings, ForgettingFit
+from .forgetting_fit import AdaptationPrior, AdaptSettings, ForgettingFit
 
 _DAMPING = "_damping"
 """How the names of the effects of damping on an axis end."""
@@ -93,25 +93,6 @@ _GROWS = 1.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AdaptationPrior:
-    """Prior knowledge of a boat and its log before it is followed.
-
-    Attributes
-    ----------
-    noise : (3,) noise of a row: what sensors, and forces that no model of this kind explains, make together
-        [N, N, N m]
-    amounts : (p,) a plausible change of each parameter, in its unit
-    envelope : velocities relative to the water over which the laws are kept
-    seconds : of motion from which this is known
-    """
-
-    noise: Array
-    amounts: Array
-    envelope: Envelope
-    seconds: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Update:
     """The parameters after a test function.
 
@@ -155,12 +136,10 @@ def learn_prior(
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, vehicle, pool, SearchSettings(materiality=settings.materiality))
     amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
-    return AdaptationPrior(
-        np.sqrt(search.noise_error**2 + search.floor),
-        np.array([amount for candidate in pool for amount in amounts[candidate.key]]),
-        envelope_of(motions, vehicle),
-        sum(motion.duration for motion in motions),
-    )
+    noise = np.sqrt(search.noise_error**2 + search.floor)
+    each = np.array([amount for candidate in pool for amount in amounts[candidate.key]])
+    seconds = sum(motion.duration for motion in motions)
+    return AdaptationPrior(vehicle, tuple(pool), settings, noise, each, envelope_of(motions, vehicle), seconds)
 
 
 class TestedRows:
@@ -211,10 +190,7 @@ class Follower:
 
     Parameters
     ----------
-    vehicle : the model at the start
-    pool : candidates whose parameters are followed, see `followed`
-    known : of the boat and its log
-    settings : how fast it forgets
+    known : of the boat and its log, and what is followed
     watch : looks for changes; None for nobody
 
     Attributes
@@ -222,25 +198,20 @@ class Follower:
     symbols, units : of the parameters
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        pool: Sequence[Candidate],
-        known: AdaptationPrior,
-        settings: AdaptSettings,
-        watch: ChangeWatch | None = None,
-    ) -> None:
-        parameters = [p for c in pool for p in c.parameters]
-        self.symbols = tuple(p.symbol for p in parameters)
+    def __init__(self, known: AdaptationPrior, watch: ChangeWatch | None = None) -> None:
+        parameters, vehicle, settings = known.parameters, known.vehicle, known.settings
+        self.symbols = known.symbols
         self.units = tuple(p.unit for p in parameters)
-        self._vehicle, self._settings, self._noise, self._watch = vehicle, settings, known.noise, watch
-        start = np.array([vehicle.value(symbol) for symbol in self.symbols])
-        lower = np.minimum([p.lower for p in parameters], start)
+        self._known, self._watch = known, watch
         held = held_parameters(vehicle, self.symbols)
         self._deviation = settings.held * np.abs([vehicle.value(c.symbols[0]) for c in held])
-        self._limits = lower, np.maximum([p.upper for p in parameters], start)
-        self._amounts, self._prior = known.amounts, settings.prior * known.amounts
-        self._rows = TestedRows(vehicle, (*pool, *held), settings)
+        start = known.start
+        self._limits = (
+            np.minimum([p.lower for p in parameters], start),
+            np.maximum([p.upper for p in parameters], start),
+        )
+        self._prior = settings.prior * known.amounts
+        self._rows = TestedRows(vehicle, (*known.pool, *held), settings)
         import_module("scipy.ndimage")  # which an envelope that grows may ask for: no update waits until it is loaded
         self._hold(known.envelope)
         self._fit = ForgettingFit(start, self._prior, settings, self._nearest, len(held))
@@ -250,14 +221,14 @@ class Follower:
         self._watch_envelope(motion)
         times, every, balances = self._rows.of(motion)
         columns, held = np.split(every, [len(self.symbols)], axis=2)
-        told = np.abs(columns * self._prior) >= self._settings.excitation * self._noise[:, None]
+        told = np.abs(columns * self._prior) >= self._known.settings.excitation * self._known.noise[:, None]
         return [self._taken(*row) for row in zip(times.tolist(), columns, balances, told, held, strict=True)]
 
     def _taken(self, time: float, columns: Array, balance: Array, told: np.ndarray, held: Array) -> Update:
         error = balance - columns @ self._fit.change
         rows, alarm = told.any(axis=1), None
         if rows.any():
-            scale = self._noise[rows]
+            scale = self._known.noise[rows]
             scaled = columns[rows] / scale[:, None], balance[rows] / scale
             self._fit.take(*scaled, np.asarray(told.any(axis=0)), held[rows] * self._deviation / scale[:, None])
             alarm = None if self._watch is None else self._watch.take(time, *scaled)
@@ -269,15 +240,15 @@ class Follower:
     def _hold(self, envelope: Envelope) -> None:
         """Keep the laws over an envelope."""
         self._envelope = envelope
-        units = dict(zip(self.symbols, self._amounts.tolist(), strict=True))
-        self._lawful = LawfulSet(self._vehicle, units, self._limits, envelope)
+        units = dict(zip(self.symbols, self._known.amounts.tolist(), strict=True))
+        self._lawful = LawfulSet(self._known.vehicle, units, self._limits, envelope)
 
     def _watch_envelope(self, motion: Motion) -> None:
         """Let the envelope grow where the boat goes beyond it; a peak that is gone in a moment is a sensor's."""
         low, high = np.array(self._envelope.lower), np.array(self._envelope.upper)
         if not ((motion.velocity < low) | (motion.velocity > high)).any():
             return
-        reached = envelope_of([motion], self._vehicle)
+        reached = envelope_of([motion], self._known.vehicle)
         beyond_low, beyond_high = np.array(reached.lower) < low, np.array(reached.upper) > high
         if beyond_low.any() or beyond_high.any():
             lower = np.where(beyond_low, _GROWS * np.array(reached.lower), low).round(3).tolist()
@@ -285,53 +256,26 @@ class Follower:
             self._hold(Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])))
 
 
-def rehearsed_watch(
-    motions: Sequence[Motion],
-    vehicle: Vehicle,
-    pool: Sequence[Candidate],
-    known: AdaptationPrior,
-    settings: AdaptSettings,
-    alarms: AlarmSettings,
-) -> ChangeWatch | None:
+def rehearsed_watch(motions: Sequence[Motion], known: AdaptationPrior, alarms: AlarmSettings) -> ChangeWatch | None:
     """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell.
 
     Parameters
     ----------
     motions : in which nothing changes
-    vehicle : the model along them
-    pool : the candidates that are followed
-    known : noise and plausible amounts, see `learn_prior`
-    settings, alarms : of the adaptation, and the budget of false alarms
+    known : of the boat and its log, and what is followed, see `learn_prior`
+    alarms : the budget of false alarms
     """
-    columns, balance = informing_rows(motions, vehicle, pool, known, settings)
-    stride = settings.weak.stride
-    widening = calibrate_widening(columns, balance, known.amounts, settings.share, stride, alarms)
-    if widening is None:
-        return None
-    symbols = [p.symbol for c in pool for p in c.parameters]
-    start = np.array([vehicle.value(symbol) for symbol in symbols])
-    return ChangeWatch(symbols, start, known.amounts, settings.share, stride, alarms, widening)
+    widening = calibrate_widening(*informing_rows(motions, known), known, alarms)
+    return None if widening is None else ChangeWatch(known, alarms, widening)
 
 
-def informing_rows(
-    motions: Sequence[Motion],
-    vehicle: Vehicle,
-    pool: Sequence[Candidate],
-    known: AdaptationPrior,
-    settings: AdaptSettings,
-) -> tuple[Array, Array]:
-    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise.
-
-    Parameters
-    ----------
-    motions, vehicle, pool, settings : as in `rehearsed_watch`
-    known : noise of a row, and the change of each parameter from which a row informs
-    """
-    tested = TestedRows(vehicle, pool, settings)
+def informing_rows(motions: Sequence[Motion], known: AdaptationPrior) -> tuple[Array, Array]:
+    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
+    tested = TestedRows(known.vehicle, known.pool, known.settings)
     rows = [tested.of(motion) for motion in motions]
     columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]
     balance = np.concatenate([row[2] for row in rows]) / known.noise
-    told = (np.abs(columns * known.amounts) >= settings.excitation).any(axis=(1, 2))
+    told = (np.abs(columns * known.amounts) >= known.settings.excitation).any(axis=(1, 2))
     return columns[told], balance[told]
 
 
@@ -403,7 +347,7 @@ def adapt(
     expect("adapt: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("adapt: settings", settings, AdaptSettings, "undertow.AdaptSettings(...) makes them")
     pool = candidates_to_follow(vehicle, effects, runs)
-    follower = Follower(vehicle, pool, learn_prior(runs, vehicle, pool, settings), settings)
+    follower = Follower(learn_prior(runs, vehicle, pool, settings))
     updates = [update for motion in runs for update in follower.take(motion)]
     return Adapted(
         follower.symbols,

@@ -10,9 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...physics.effects import Parameter
 from ...physics.errors import RequestError
+from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Array
+from ...physics.vehicle import Vehicle
 from ..balance.base import WeakSettings
+from ..candidates.candidate import Candidate
 
 Nearest = Callable[[Array, Array], Array]
 """Given values (p,) and an information matrix, the nearest values that are allowed."""
@@ -64,6 +68,46 @@ class AdaptSettings:
     def share(self) -> float:
         """Weight of a row: tests overlap, and together they tell as much as one in every half width."""
         return self.weak.stride / self.weak.half_width
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptationPrior:
+    """What is followed of a boat, and what is known of it and its log before.
+
+    Attributes
+    ----------
+    vehicle : the model at the start
+    pool : candidates whose parameters are followed
+    settings : of the adaptation
+    noise : (3,) noise of a row: what sensors, and forces that no model of this kind explains, make together
+        [N, N, N m]
+    amounts : (p,) a plausible change of each parameter, in its unit
+    envelope : velocities relative to the water over which the laws are kept
+    seconds : of motion from which this is known
+    """
+
+    vehicle: Vehicle
+    pool: tuple[Candidate, ...]
+    settings: AdaptSettings
+    noise: Array
+    amounts: Array
+    envelope: Envelope
+    seconds: float
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """That are followed, p of them."""
+        return tuple(parameter for candidate in self.pool for parameter in candidate.parameters)
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(parameter.symbol for parameter in self.parameters)
+
+    @property
+    def start(self) -> Array:
+        """Their values at the start, (p,)."""
+        return np.array([self.vehicle.value(symbol) for symbol in self.symbols])
 
 
 class ForgettingFit:

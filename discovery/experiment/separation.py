@@ -252,7 +252,7 @@ class OpenQuestion:
 
     def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:
         """Drive trials on every model that may be true, and see by how much it would part from the others."""
-        gain, reach, speed = np.zeros((len(self.truths), len(trials))), np.zeros(len(trials)), np.zeros(len(trials))
+        gain, every = np.zeros((len(self.truths), len(trials))), []
         end = max(float(motion.minutes[-1]) for motion in self.search.balance.motions)
         for k, (key, state) in enumerate(self.truths):
             coasted = self._coasted(state.vehicle, trials, end)
@@ -261,10 +261,10 @@ class OpenQuestion:
             whole = [n for n, runs in enumerate(driven) if len(runs) == len(trials[n].headings)]
             if whole:
                 gain[k, whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
-            reach, speed = _farther(reach, speed, coasted)
-        for vehicle in self.look_alikes:
-            reach, speed = _farther(reach, speed, self._coasted(vehicle, trials, end))
-        return Rehearsed(gain, reach, speed)
+            every.append(coasted)
+        every += [self._coasted(vehicle, trials, end) for vehicle in self.look_alikes]
+        ends = np.array([[_farthest(runs) for runs in coasted] for coasted in every]).max(axis=0)
+        return Rehearsed(gain, ends[:, 0], ends[:, 1])
 
     def _coasted(self, vehicle: Vehicle, trials: Sequence[Trial], end: float) -> Sequence[Sequence[Motion]]:
         """Trials with the rest after them, in which a boat goes on by itself."""
@@ -343,16 +343,9 @@ def _plausible(vehicle: Vehicle, candidate: Candidate, amounts: tuple[float, ...
         return []
 
 
-def _farther(reach: Array, speed: Array, driven: Sequence[Sequence[Motion]]) -> tuple[Array, Array]:
-    """The largest distances and speeds so far, and along more motions; a trial that diverges has no limit."""
-    far = [max((_reach(run) for run in runs), default=np.inf) for runs in driven]
-    fast = [max((_speed(run) for run in runs), default=np.inf) for runs in driven]
-    return np.maximum(reach, far), np.maximum(speed, fast)
-
-
-def _reach(run: Motion) -> float:
-    return float(np.hypot(*(run.position - run.position[0]).T).max())
-
-
-def _speed(run: Motion) -> float:
-    return float(np.hypot(*run.velocity[:, :2].T).max())
+def _farthest(runs: Sequence[Motion]) -> tuple[float, float]:
+    """The largest distance from where a run begins, and the largest speed; a trial that diverges has no limit."""
+    if not runs:
+        return np.inf, np.inf
+    far = max(float(np.hypot(*(run.position - run.position[0]).T).max()) for run in runs)
+    return far, max(float(np.hypot(*run.velocity[:, :2].T).max()) for run in runs)

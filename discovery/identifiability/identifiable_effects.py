@@ -97,9 +97,8 @@ def _partial_moments(columns: Sequence[int], metric: Array, moments: Array) -> A
     """Moments (3, p, p) of all columns less their projection on some, by the metric (p, p)."""
     if not columns:
         return moments
-    inside = metric[np.ix_(columns, columns)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
-    inside = inside * np.outer(scale, scale) + RIDGE * np.eye(len(columns))
+    inside, scale = _of_length_one(metric, columns)
+    inside += RIDGE * np.eye(len(columns))
     left = np.eye(metric.shape[0])
     left[columns] -= scale[:, None] * np.linalg.solve(inside, scale[:, None] * metric[columns])
     return left.T @ moments @ left
@@ -135,18 +134,23 @@ def alias_groups(gram: Array, columns: Mapping[str, Sequence[int]]) -> tuple[tup
 
 def _whitener(gram: Array) -> Array:
     """W with W^T gram W = 1 in the directions that carry more than a millionth of the largest."""
-    scale = 1.0 / np.sqrt(np.diag(gram))
-    size, vectors = np.linalg.eigh(gram * (scale[:, None] * scale[None, :]))
+    inside, scale = _of_length_one(gram)
+    size, vectors = np.linalg.eigh(inside)
     keep = size > 1e-6 * size.max()
     return scale[:, None] * vectors[:, keep] / np.sqrt(size[keep])
+
+
+def _of_length_one(gram: Array, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
+    """The Gram matrix of all or some columns, divided by their lengths, and what each was divided by."""
+    inside = gram if columns is None else gram[np.ix_(columns, columns)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
+    return inside * np.outer(scale, scale), scale
 
 
 def _condition(gram: Array, used: Sequence[int]) -> float | None:
     if not used:
         return None
-    inside = gram[np.ix_(used, used)]
-    scale = 1.0 / np.sqrt(np.diag(inside))
-    size = np.linalg.eigvalsh(inside * (scale[:, None] * scale[None, :]))
+    size = np.linalg.eigvalsh(_of_length_one(gram, used)[0])
     return float(np.sqrt(size.max() / max(float(size.min()), 1e-12 * size.max())))
 
 
@@ -252,13 +256,13 @@ def _same(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
     """Parameters of which some combination makes no force at all, as of x_g and Y_rdot."""
     symbols = list(_columns(chosen))
     _, left, _ = scores.block_normal(chosen)
-    normal = left.sum(axis=0)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    size, vectors = np.linalg.eigh(normal * np.outer(scale, scale)) if symbols else (np.ones(1), np.ones((1, 1)))
-    if size[0] >= _ALIKE:
-        return {}
-    part = np.abs(vectors[:, 0])
-    names = [s for s, p in zip(symbols, part, strict=True) if p > _LARGE_PART * part.max()]
+    size, vectors = np.linalg.eigh(_of_length_one(left.sum(axis=0))[0]) if symbols else (np.ones(1), np.ones((1, 1)))
+    return {} if size[0] >= _ALIKE else _mixed(symbols, vectors[:, 0])
+
+
+def _mixed(symbols: Iterable[str], parts: Array) -> dict[str, str]:
+    """The symbols with a large part in a combination of columns, each with the others that the log confuses it with."""
+    names = [s for s, p in zip(symbols, np.abs(parts), strict=True) if p > _LARGE_PART * np.abs(parts).max()]
     return {s: _cannot_tell(n for n in names if n != s) for s in names}
 
 
@@ -279,9 +283,8 @@ def _common_factor(search: Search, scores: GramScores, chosen: Sequence[Option],
     thrust = np.zeros(gram.shape[0])
     thrust[list(whole)] = list(whole.values())
     across, total = gram[others] @ thrust, float(thrust @ gram @ thrust)
-    inside = gram[np.ix_(others, others)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
-    inside = inside * np.outer(scale, scale) + 1e-9 * np.eye(len(others))
+    inside, scale = _of_length_one(gram, others)
+    inside += 1e-9 * np.eye(len(others))
     explained = float((across * scale) @ np.linalg.solve(inside, across * scale)) if others else 0.0
     return dict.fromkeys(scales, _SCALE) if explained > ALIAS**2 * total else {}
 
@@ -315,9 +318,8 @@ def _noisy(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
     share, directions = np.linalg.eigh(root.T @ noise @ root)
     if share[-1] * (1.0 + LEAST_SIGNAL**2) < 1.0:
         return {}
-    part = np.abs(root @ directions[:, -1]) * np.sqrt(np.diag(both))
-    names = [s for s, p in zip(at, part, strict=True) if p > _LARGE_PART * part.max()]
-    return {s: _cannot_tell(n for n in names if n != s) or _NOISE for s in names}
+    mixed = _mixed(at, root @ directions[:, -1] * np.sqrt(np.diag(both)))
+    return {symbol: why or _NOISE for symbol, why in mixed.items()}
 
 
 def _cannot_tell(others: Iterable[str]) -> str:
@@ -328,7 +330,5 @@ def _cannot_tell(others: Iterable[str]) -> str:
 
 def _correlation(normal: Array) -> Array:
     """Correlation of estimates from their normal matrix."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    inverse = np.linalg.inv(normal * np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
-    spread = 1.0 / np.sqrt(np.diag(inverse))
-    return np.asarray(inverse * np.outer(spread, spread))
+    inside, scale = _of_length_one(normal)
+    return _of_length_one(np.linalg.inv(inside + 1e-9 * np.eye(scale.size)))[0]

@@ -270,7 +270,8 @@ def basis(degree: Exponents) -> Basis:
     exponents, lift, slack = [], [], []
     cubes = ((i, j, k) for i, j, k in product(range(total + 1), repeat=3))
     for e in sorted(cubes, key=lambda e: (sum(e), e)):
-        slots = [(i, j) for i, j in _PAIRS if 2 <= sum(e) <= total and _fits(e, i, j, degree)]
+        fits = [(i, j) for i, j in _PAIRS if all(0 <= x <= d for x, d in zip(_without(e, i, j), degree, strict=True))]
+        slots = fits if 2 <= sum(e) <= total else []
         if not slots:
             continue
         exponents.append(e)
@@ -374,24 +375,16 @@ def corner_state(envelope: Envelope, orthant: int, point: int, degree: Exponents
     return _state(np.array(envelope.orthants[orthant]) * basis(degree).points[point] + 0.0)
 
 
-def _pair(i: int, j: int) -> Exponents:
-    e = [0, 0, 0]
-    e[i] += 1
-    e[j] += 1
-    return e[0], e[1], e[2]
-
-
-def _fits(exponents: Exponents, i: int, j: int, degree: Exponents) -> bool:
-    """True when a monomial of P can stand in rows and columns i, j of an S of some degree."""
-    return all(0 <= x - y <= d for x, y, d in zip(exponents, _pair(i, j), degree, strict=True))
+def _without(exponents: Exponents, i: int, j: int) -> list[int]:
+    """What is left of a monomial of P where it stands in row i, column j of S: below zero where it cannot."""
+    return [x - (k == i) - (k == j) for k, x in enumerate(exponents)]
 
 
 def _slot(i: int, j: int, exponents: Exponents, points: np.ndarray, degree: Exponents) -> Array:
     """The control matrices (K, 3, 3) of the S in which one monomial of P stands in rows and columns i, j."""
-    rest = [x - y for x, y in zip(exponents, _pair(i, j), strict=True)]
     matrix = np.zeros((3, 3))
     matrix[i, j] = matrix[j, i] = 1.0 if i == j else 0.5
     values = np.ones(len(points))
-    for axis, power in enumerate(rest):
+    for axis, power in enumerate(_without(exponents, i, j)):
         values *= [comb(int(k), power) / comb(degree[axis], power) for k in points[:, axis]]
     return values[:, None, None] * matrix

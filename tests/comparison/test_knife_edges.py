@@ -1,5 +1,7 @@
 """Each law on its knife edge: a hair on one side passes, a hair on the other fails."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from judging import BOX, HULL, formula, half_a_minute, judged, pushed
@@ -113,8 +115,8 @@ def test_coriolis(sign: float, verdict: str):
     limit = CoriolisWork().judge(honest).limit
     assert limit is not None
     work = limit * (1.0 + 1e-6 * sign) / (honest.states[:, 0] ** 2).max()
-    honest.coriolis = lambda nu: coriolis_matrix(HULL, nu) + np.diag([work, 0.0, 0.0])
-    ruling = CoriolisWork().judge(honest)
+    wrong = replace(honest, coriolis=lambda nu: coriolis_matrix(HULL, nu) + np.diag([work, 0.0, 0.0]))
+    ruling = CoriolisWork().judge(wrong)
     assert (ruling.verdict, ruling.proof) == (verdict, "search")
 
 

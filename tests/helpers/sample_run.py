@@ -33,7 +33,7 @@ EFFECTS = {
 def failures(series: SeriesTable, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
     """The few regimes that hold far more of the squared acceleration error than of the time, worst first."""
     stage = scene(series, model)
-    return [found.record(stage, model) for found in worst_places(stage, limit)]
+    return [found.place(stage, model) for found in worst_places(stage, limit)]
 
 
 def structure(series: pd.DataFrame, name: str, which: str) -> Structure:
@@ -42,7 +42,7 @@ def structure(series: pd.DataFrame, name: str, which: str) -> Structure:
     push = series[["newton_port", "newton_stbd"]].to_numpy()
     thrust = np.column_stack([push.sum(axis=1), 0.0 * push[:, 0], 0.3 * (push[:, 0] - push[:, 1])]) / 30.0
     removed = (Removal(effect="surge_quadratic_damping", share_removed=0.8, sentence="it removes 80 % of it"),)
-    worst = [one.record(stage).but(removed_by=removed if which == "before" else ()) for one in segments(stage)]
+    worst = [one.seconds(stage).but(removed_by=removed if which == "before" else ()) for one in segments(stage)]
     return structure_of(stage, thrust, name, "all").but(segments=tuple(worst))
 
 

@@ -47,38 +47,22 @@ class Proof:
     against: Array | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Answers:
-    """Answers of a model to the laws.
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """A model as the laws see it.
 
     Attributes
     ----------
+    vehicle : whose mass, thrusters, water, wind and trim are taken as stated
+    envelope : velocities relative to the water over which the model is judged
+    commands : (m, thrusters) commands that it may meet
     settled : acceleration over ground in states that have lasted
     along : acceleration over ground along a motion
     rollout : open-loop rollouts along a motion, of a model that knows one rate; None where `settled` is integrated
     exact : whether the model is a formula, judged to rounding
     own_mass : whether the mass is the model's, or only that of the vehicle by which its power is counted
-    prove : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
+    proves : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
     coriolis : its Coriolis matrix; None where that cannot be told from other forces
-    """
-
-    settled: Settled
-    along: Callable[[Motion], Array]
-    rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None
-    exact: bool
-    own_mass: bool
-    prove: Callable[[Envelope, float, Array], Proof]
-    coriolis: Callable[[Array], Array] | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scope:
-    """Scope of an audit: where a model is judged, and how thoroughly.
-
-    Attributes
-    ----------
-    envelope : velocities relative to the water
-    commands : (m, thrusters) commands that it may meet
     time_step : of rollouts [s]
     motions : measured
     dense : states more that are asked, for a model that answers fast
@@ -86,33 +70,26 @@ class Scope:
     samples : states of the search
     """
 
+    vehicle: Vehicle
     envelope: Envelope
     commands: Array
+    settled: Settled
+    along: Callable[[Motion], Array]
+    rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None
+    exact: bool
+    own_mass: bool
+    proves: Callable[[Envelope, float, Array], Proof]
+    coriolis: Callable[[Array], Array] | None
     time_step: float
     motions: tuple[Motion, ...]
     dense: int
     seed: int
     samples: int = 8192
 
-
-class Witness:
-    """A model as the laws see it.
-
-    Parameters
-    ----------
-    vehicle : whose mass, thrusters, water, wind and trim are taken as stated
-    answers : what the model says, which stand here under their own names
-    scope : where it is judged, as well
-    """
-
-    def __init__(self, vehicle: Vehicle, answers: Answers, scope: Scope) -> None:
-        self.vehicle = vehicle
-        self.along, self.rollout, self.coriolis = answers.along, answers.rollout, answers.coriolis
-        self.exact, self.own_mass = answers.exact, answers.own_mass
-        self.envelope, self.commands, self.time_step = scope.envelope, scope.commands, scope.time_step
-        self.motions, self.samples, self.dense, self.seed = scope.motions, scope.samples, scope.dense, scope.seed
-        self.mass = mass_matrix(vehicle)
-        self._settled, self._prove = answers.settled, answers.prove
+    @cached_property
+    def mass(self) -> Array:
+        """Mass matrix of the vehicle (3, 3)."""
+        return mass_matrix(self.vehicle)
 
     @property
     def tolerance(self) -> float:
@@ -199,7 +176,7 @@ class Witness:
         """Try to prove that over the stretched envelope at most what is `allowed` is gained without thrust."""
         low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
         force = self.tolerance * self.full_force
-        return self._prove(Envelope(low, high), CRAWL * float(force[0]), force)  # type: ignore[arg-type]
+        return self.proves(Envelope(low, high), CRAWL * float(force[0]), force)  # type: ignore[arg-type]
 
     def relative(self, states: Array, commands: Array | None = None) -> Array:
         """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.
@@ -218,7 +195,7 @@ class Witness:
         drift = np.stack(relative_velocity(self.vehicle, psi, (0.0 * psi, 0.0 * psi, 0.0 * psi)), axis=-1)
         velocity = nu - drift
         asked = np.broadcast_to(self.neutral, (psi.size, self.neutral.size)) if commands is None else commands
-        said = np.asarray(self._settled(velocity, psi, asked), dtype=float)
+        said = np.asarray(self.settled(velocity, psi, asked), dtype=float)
         if said.shape != nu.shape:
             raise RequestError(f"model: expected accelerations of shape {nu.shape}, got {said.shape}")
         if not np.isfinite(said).all():
@@ -332,22 +309,22 @@ class Law(ABC):
         *,
         value: float,
         limit: float,
-        unit: str,
-        at: dict[str, float] | None,
-        share: float | None,
-        proof: str,
         kept: str,
         broken: str,
+        unit: str = "W",
+        at: dict[str, float] | None = None,
+        share: float | None = None,
+        proof: str = "search",
     ) -> Ruling:
         """The ruling on a worst value, with the sentence for either case.
 
         Parameters
         ----------
         value, limit, unit : the worst value, what the law allows, and the unit of both
+        kept, broken : the sentence for either case
         at : the state of the worst value
         share : of quasi-random states, windows or rollouts that break the law
         proof : what the verdict rests on
-        kept, broken : the sentence for either case
         """
         holds = value <= limit
         return Ruling(

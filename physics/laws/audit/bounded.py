@@ -273,7 +273,6 @@ class BoundedSpeed(Law):
             unit="times the expected",
             at=at,
             share=float((ratio > MOST).mean()),
-            proof="search",
             kept=f"In {seen} under bounded thrust the boat reaches {most}, {compared}.",
             broken=f"Under {which} {much} ({int((ratio > MOST).sum())} of {seen}; {MOST:g} times are let pass).",
         )

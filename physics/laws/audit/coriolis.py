@@ -38,7 +38,6 @@ class CoriolisWork(Law):
         return self.rule(
             value=value,
             limit=limit,
-            unit="W",
             at=at,
             share=float((power > limit).mean()),
             proof="by construction" if skew else "search",
@@ -64,10 +63,8 @@ class CoriolisWork(Law):
         return self.rule(
             value=value,
             limit=limit,
-            unit="W",
             at=at,
             share=float((over > limits).mean()),
-            proof="search",
             kept=f"{kept} More cannot be told of a model without a Coriolis matrix.",
             broken=f"Turning does work: {abs(float(turning[k])):.3g} W at {in_words(at)}, where drag takes "
             f"{float(drag[k]):.3g} W{let_pass(witness, limit)}; a Coriolis force does none.",

@@ -58,10 +58,8 @@ class PositiveDamping(Law):
         return self.rule(
             value=worst,
             limit=limit,
-            unit="W",
             at=at,
             share=float((values > limit).mean()),
-            proof="search",
             kept=kept_words,
             broken=f"{where}: negative damping, {worst:.3g} W at the envelope's scale{let_pass(witness, limit)}.",
         )

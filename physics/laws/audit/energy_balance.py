@@ -56,7 +56,6 @@ class EnergyBalance(Law):
         return self.rule(
             value=worst,
             limit=limit,
-            unit="W",
             at=at,
             share=float(np.mean([x > limit for x, *_ in found])),
             proof="data only",

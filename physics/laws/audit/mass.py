@@ -39,8 +39,6 @@ class PositiveMass(Law):
             value=-least,
             limit=-1e-9,
             unit="of the rigid body's",
-            at=None,
-            share=None,
             proof="eigenvalues",
             kept=f"The mass matrix is positive definite: the least mass is {least:.2g} of the rigid body's.",
             broken=f"The mass matrix is not positive definite (least mass {least:.2g} of the rigid body's): a motion "
@@ -72,7 +70,6 @@ class PositiveMass(Law):
             unit="times the expected",
             at={"u": 0.0, "v": 0.0, "r": 0.0} | at,
             share=float((share < -TOLERANCE).mean()),
-            proof="search",
             kept=f"Pushed by its thrusters at rest, the model goes the way it is pushed, at the least {share[k]:.2g} "
             f"times as much as vehicle {witness.vehicle.name}. It has no mass of its own; that of the vehicle, by "
             f"which its power is counted, is positive definite (least {least:.2g} of the rigid body's).",

@@ -50,7 +50,6 @@ class MirrorSymmetry(Law):
             unit="share of full thrust",
             at=at,
             share=float((worst > SHARE).mean()),
-            proof="search",
             kept=(f"Port and starboard differ by at most {text}" if value > 1e-6 else "Port and starboard are alike")
             + (" (hull alone)." if pairs is None else "."),
             broken=f"Port and starboard differ by {text}, at {in_words(at)}. A real boat may; the law does not count.",

@@ -73,7 +73,6 @@ class PowerUnderThrust(Law):
         ruling = self.rule(
             value=value,
             limit=limit,
-            unit="W",
             at=at | pushed,
             share=share,
             proof=proof or "search",

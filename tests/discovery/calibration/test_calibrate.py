@@ -7,7 +7,7 @@ from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.calibration.before_calibration import rollouts_over
-from undertow.discovery.calibration.calibrate import Calibration, calibrate, rollout_step
+from undertow.discovery.calibration.calibrate import Calibration, Steps, calibrate
 from undertow.discovery.candidates.candidate import (
     CALIBRATED,
     calibratable,
@@ -111,7 +111,7 @@ def test_in_waves_no_hull_is_found_that_forgets_its_start():
     pool, found = nuisance_candidates(HULL, calibratable(HULL)), []
     for seed in range(4):
         log = simulate_world(HULL, {}, programme="gentle", duration=150.0, noise="field", waves=0.3, seed=seed)
-        vehicle = rollout_step([log.motion(0.05)], HULL, HULL, pool).lawful.vehicle
+        vehicle = Steps(HULL, pool, DiscoverySettings()).rollouts([log.motion(0.05)], HULL).lawful.vehicle
         found += [abs(vehicle.value(s) / HULL.value(s) - 1.0) for s in ("X_u", "Y_v", "N_r", "Y_vdot", "N_rdot")]
     assert np.mean(found) < 0.2  # 0.41 by rollouts of 5 s from states that are taken for those of the hull
 

@@ -1,6 +1,7 @@
 """A boat is followed row by row as it is in one go, under the laws; what changes rings, and nothing else does."""
 
 import gc
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -27,6 +28,7 @@ from undertow.discovery.calibration.following import (
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
 from undertow.discovery.lawful.laws_over import certify
 from undertow.physics.errors import RequestError
+from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import NOISE, World
@@ -60,7 +62,7 @@ def test_pieces_of_any_size_give_what_the_whole_gives():
     motion, names = world("lagged"), ("surge_quadratic_damping", "sway_yaw_coupling", "thruster_asymmetry[port]")
     pool = candidates_to_follow(LAGGED, names)
     known = learn_prior([motion], LAGGED, pool, SETTINGS)
-    found = in_pieces(Follower(LAGGED, pool, known, SETTINGS), motion, (2, 3, 7, 40))
+    found = in_pieces(Follower(known), motion, (2, 3, 7, 40))
     whole = adapt(motion, LAGGED, names)
     assert [u.time for u in found] == pytest.approx(whole.time)
     assert np.array([u.values for u in found]) == pytest.approx(whole.values, rel=1e-6, abs=1e-9)
@@ -70,7 +72,7 @@ def test_pieces_of_any_size_give_what_the_whole_gives():
 def test_an_update_leaves_nothing_that_python_must_look_for():
     # Forms and their columns that knew each other were taken away by the hundred, in 50 to 150 ms of one update.
     motion, pool = world(), candidates_to_follow(HULL, followed_by_default(HULL))
-    follower = Follower(HULL, pool, learn_prior([motion], HULL, pool, SETTINGS), SETTINGS)
+    follower = Follower(learn_prior([motion], HULL, pool, SETTINGS))
     follower.take(motion.slice(0, 100))
     gc.collect()
     gc.disable()
@@ -87,7 +89,7 @@ def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float)
     off = {"X_udot": 1.1 * HULL.value("X_udot"), "N_rdot": 0.9 * HULL.value("N_rdot")}
     nominal = HULL.with_values(off)
     pool = candidates_to_follow(nominal, followed_by_default(nominal))
-    found = Follower(nominal, pool, learn_prior([motion], nominal, pool, settings), settings)
+    found = Follower(learn_prior([motion], nominal, pool, settings))
     updates = [u for u in found.take(motion) if u.excited and u.time > 30.0]
     truth = np.array([HULL.value(symbol) for symbol in found.symbols])
     inside = np.mean([np.abs(u.values - truth) <= 1.96 * u.deviation for u in updates], axis=0)
@@ -97,7 +99,7 @@ def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float)
 def test_after_a_gap_it_begins_a_new_stretch():
     motion, pool = world(), candidates_to_follow(HULL, followed_by_default(HULL))
     known = learn_prior([motion], HULL, pool, SETTINGS)
-    follower = Follower(HULL, pool, known, SETTINGS)
+    follower = Follower(known)
     before, after = follower.take(motion.slice(0, 400)), follower.take(motion.slice(500, 900))
     assert before[-1].time <= motion.time[399] + 1e-9
     assert after[0].time == pytest.approx(motion.time[500] + 1.6)
@@ -107,10 +109,8 @@ def test_values_are_lawful_whatever_the_rows_say_and_beyond_the_run_in():
     twisted = HULL.with_values({"N_rr": 0.0, "Y_vv": 0.0})
     pool = candidates_to_follow(twisted, ("sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"))
     known = learn_prior([world()], twisted, pool, SETTINGS)
-    narrow = AdaptationPrior(
-        known.noise, known.amounts, type(known.envelope)((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), 60.0
-    )
-    follower = Follower(twisted, pool, narrow, SETTINGS)
+    narrow = replace(known, envelope=Envelope((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), seconds=60.0)
+    follower = Follower(narrow)
     rng = np.random.default_rng(0)
     motion = world()
     shaken = Motion(
@@ -141,8 +141,8 @@ def watched(motion: Motion, hours: float = 24.0) -> list[Update]:
     pool = candidates_to_follow(HULL, followed_by_default(HULL))
     first = motion.slice(0, RUN_IN)
     known = learn_prior([first], HULL, pool, SETTINGS)
-    watch = rehearsed_watch([first], HULL, pool, known, SETTINGS, AlarmSettings(hours))
-    return Follower(HULL, pool, known, SETTINGS, watch).take(motion)
+    watch = rehearsed_watch([first], known, AlarmSettings(hours))
+    return Follower(known, watch).take(motion)
 
 
 def test_a_weaker_thruster_rings_within_seconds_and_nothing_else_does():
@@ -198,18 +198,27 @@ def test_the_budget_is_kept_where_noise_is_as_it_is_taken():
     assert rung.any(), "and is not kept by ringing never"
 
 
+def followed(count: int) -> AdaptationPrior:
+    """Scales of some thrusters, of which a plausible change is one, with rows that count a quarter, 0.2 s apart."""
+    pool = candidates_to_follow(HULL, ("thruster_asymmetry[port]", "thruster_asymmetry[stbd]")[:count])
+    box = Envelope((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+    known = AdaptationPrior(HULL, pool, SETTINGS, np.ones(3), np.ones(count), box, 60.0)
+    assert (SETTINGS.share, SETTINGS.weak.stride, len(known.symbols)) == (0.25, 0.2, count)
+    return known
+
+
 def test_coloured_noise_is_taken_wider_and_white_is_not():
     rng, n = np.random.default_rng(0), 400
     columns = np.zeros((n, 3, 2))
     columns[:, 0] = rng.standard_normal((n, 2))
-    amounts, settings = np.array([1.0, 1.0]), AlarmSettings(hours=1.0)
+    known, settings = followed(2), AlarmSettings(hours=1.0)
     noise = rng.standard_normal((n, 3))
     slow = np.repeat(columns[:, 0, :1] * np.repeat(rng.standard_normal(n // 20), 20)[:, None], 3, axis=1)
-    assert calibrate_widening(columns, 0.5 * noise, amounts, 0.25, 0.2, settings) == 1.0
-    wider = calibrate_widening(columns, 0.5 * noise + 3.0 * slow, amounts, 0.25, 0.2, settings)
+    assert calibrate_widening(columns, 0.5 * noise, known, settings) == 1.0
+    wider = calibrate_widening(columns, 0.5 * noise + 3.0 * slow, known, settings)
     assert wider is not None
     assert wider > 3.0
-    assert calibrate_widening(columns[:50], noise[:50], amounts, 0.25, 0.2, settings) is None
+    assert calibrate_widening(columns[:50], noise[:50], known, settings) is None
 
 
 def test_scatter_takes_information_off_what_is_known_well():
@@ -219,7 +228,7 @@ def test_scatter_takes_information_off_what_is_known_well():
 
 
 def test_the_watch_forgets_what_it_does_not_need():
-    watch = ChangeWatch(("a",), np.zeros(1), np.ones(1), 0.25, 0.2, AlarmSettings(), 1.0)
+    watch = ChangeWatch(followed(1), AlarmSettings(), 1.0)
     rng = np.random.default_rng(1)
     for k in range(20 * 400):
         watch.take(0.2 * k, rng.standard_normal((3, 1)), rng.standard_normal(3))
