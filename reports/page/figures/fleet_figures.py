@@ -110,10 +110,7 @@ def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hu
         parts.append(_path(f"M{along(_at(change.first)):.1f} 26V{TALL - 26}", "before", 1.6))
     bars = (f"M{along(d + 0.5):.1f} {up(b):.1f}V{up(t):.1f}" for d, b, t in zip(days, low, high, strict=True))
     dots = (f"M{along(d + 0.5) - 1.7:.1f} {up(v):.1f}{_DOT}" for d, v in zip(days, value, strict=True))
-    parts += [
-        _path("".join(bars), "after", 1.1, 0.3),
-        element("path", attributes={"d": "".join(dots), "fill": "var(--after)"}),
-    ]
+    parts += [_path("".join(bars), "after", 1.1, 0.3), element("path", d="".join(dots), fill="var(--after)")]
     for place, anchor in ((first, "start"), (last, "end")):
         date_text = num2date(place).strftime("%d %b %Y").lstrip("0")
         parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, date_text, anchor))
@@ -125,7 +122,7 @@ def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hu
         "role": "img",
         "aria-label": f"{hull_diary.plain(one.name)} of {boat.boat} by day",
     }
-    return element("svg", *parts, attributes=label)
+    return element("svg", *parts, **label)
 
 
 def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[[float], float]:
@@ -135,19 +132,17 @@ def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[
 
 def _path(data: str, role: str, width: float, opacity: float = 1.0) -> Html:
     look = {"stroke": f"var(--{role})", "stroke-width": f"{width}", "stroke-opacity": f"{opacity}"}
-    return element("path", attributes={"d": data, "fill": "none", "stroke-linecap": "round", **look})
+    return element("path", d=data, fill="none", stroke_linecap="round", **look)
 
 
 def _box(left: float, top: float, width: float, height: float, role: str, opacity: float) -> Html:
     place = {"x": f"{left:.1f}", "y": f"{top:.1f}", "width": f"{width:.1f}", "height": f"{height:.1f}"}
-    return element("rect", attributes={**place, "fill": f"var(--{role})", "fill-opacity": f"{opacity}"})
+    return element("rect", **place, fill=f"var(--{role})", fill_opacity=f"{opacity}")
 
 
 def _text(left: float, base: float, text: str, anchor: str, role: str = "muted", weight: str = "400") -> Html:
     look = {"font-size": "11.5", "font-weight": weight, "text-anchor": anchor, "fill": f"var(--{role})"}
-    return element(
-        "text", text, attributes={"x": f"{left:.1f}", "y": f"{base:.1f}", "font-family": "var(--font)", **look}
-    )
+    return element("text", text, x=f"{left:.1f}", y=f"{base:.1f}", font_family="var(--font)", **look)
 
 
 def _dates(axes: Axes, most: int) -> None:
