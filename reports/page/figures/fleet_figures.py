@@ -14,7 +14,7 @@ from ... import hull_diary
 from ...wording import cut, interval
 from ..fleet import Relation, SharedNumber
 from ..markup import Html, element
-from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
+from .svg import BESIDE, ROLES, Look, bare_rows, beside, canvas, chart, drawn, panel
 
 LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
@@ -42,8 +42,7 @@ def strip(diary: hull_diary.DiaryFacts, boats: Sequence[hull_diary.BoatRecord]) 
                 _bar(axes, row, change, end)
             _names(axes, row, boat.changes, (first, last))
             weight = "bold" if boat.changes else "normal"
-            left: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            axes.annotate(cut(boat.boat, 16), (0, row), (-8, 0), **left, weight=weight)
+            beside(axes, cut(boat.boat, 16), row, -8, ha="right", weight=weight)
         margin = max(0.01 * (last - first), 0.5)
         axes.set(ylim=(len(boats) - 0.5, -0.5), xlim=(first - margin, last + margin), yticks=[])
         _dates(axes, 10)
@@ -173,18 +172,16 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
     names : of the runs
     """
     height = RUNS_HEAD + RUNS_LINE * len(names) + 10
-    with canvas(RUNS_WIDTH, height) as figure:
-        axes = panel(figure, RUNS_LEFT, RUNS_HEAD, RUNS_WIDTH - RUNS_LEFT - RUNS_RIGHT, RUNS_LINE * len(names))
+    with chart((RUNS_WIDTH, height), (RUNS_LEFT, RUNS_HEAD, RUNS_RIGHT, 10)) as axes:
         unit = unit_text(shared.unit)
         head = f"{shared.symbol} {f'[{unit}]' if unit else ''}".strip()
-        figure.text(0.0, 1.0 - 18 / height, head, weight="bold")
-        figure.text(1.0, 1.0 - 18 / height, shared.relation.value, ha="right", color=ROLES["muted"])
+        axes.figure.text(0.0, 1.0 - 18 / height, head, weight="bold")
+        axes.figure.text(1.0, 1.0 - 18 / height, shared.relation.value, ha="right", color=ROLES["muted"])
         _draw(axes, shared, names)
-        return drawn(figure, f"{shared.symbol} in each run: {shared.relation.value}")
+        return drawn(axes, f"{shared.symbol} in each run: {shared.relation.value}")
 
 
 def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
-    beside: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform()}
     bands = [(one.number.ci95 or (one.number.value,) * 2) if one else None for one in shared.held]
     ends = [
         end for one, band in zip(shared.held, bands, strict=True) if one and band for end in (*band, one.number.value)
@@ -196,18 +193,15 @@ def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
         low, high = max(band[0] for band in known), min(band[1] for band in known)
         axes.axvspan(low, max(low, high), color=ROLES["measured"], alpha=0.35, lw=0)
     for index, (name, one, band) in enumerate(zip(names, shared.held, bands, strict=True)):
-        axes.annotate(cut(name, _LONGEST), (0, index), (-8, 0), ha="right", **beside)
+        beside(axes, cut(name, _LONGEST), index, -8, ha="right")
         if one is not None and band is not None:
             axes.plot(band, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
             axes.plot(one.number.value, index, "o", color=ROLES["after"], ms=7)
             text = f"{one.number.amount().removesuffix(unit_text(shared.unit)).rstrip()} ({interval(one.number.ci95)})"
         else:
             filed = shared.filed[index]
-            axes.plot(
-                filed if isfinite(filed) else np.nan, index, "o", color=ROLES["surface"], mec=ROLES["before"], ms=7
-            )
+            axes.plot(filed, index, "o", color=ROLES["surface"], mec=ROLES["before"], ms=7)
             text = f"{number(filed, minus=MINUS)} in the file" if isfinite(filed) else shared.elsewhere[index]
-        axes.annotate(text, (1, index), (8, 0), ha="left", color=ROLES["muted"], size=10.5, **beside)
-    axes.set(ylim=(len(names) - 0.5, -0.5), xlim=(min(ends) - margin, max(ends) + margin), xticks=[], yticks=[])
-    axes.grid(visible=False)
+        beside(axes, text, index, 8, right=True, ha="left", color=ROLES["muted"], size=10.5)
+    bare_rows(axes, len(names), (min(ends) - margin, max(ends) + margin))
     axes.spines[:].set_visible(False)
