@@ -103,7 +103,7 @@ class _Screen:
             self._rows.append(table_row(update))
         alarm = update.alarm
         if self._json and (due or alarm):
-            print(strict_json(followed_row(update, self._begun.symbols).to_dict(), None), flush=True)
+            print(strict_json(followed_row(update, self._begun.symbols), None), flush=True)
         elif not self._json:
             if due:
                 print(row(update))

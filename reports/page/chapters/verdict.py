@@ -34,16 +34,13 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     findings, steps = run.findings, run.findings.steps
     led = outcome.hero(steps, run.comparison.best.horizon)
     answered = outcome.answer(findings, run.comparison, run.nominal)
-    worse = outcome.gets_worse(steps, run.comparison.best.horizon)
-    did = outcome.outcome(findings, run.comparison) if worse or not answered else ""
-    grown, probably = outcome.also_worse(findings, run.comparison), outcome.also_likely(findings)
-    became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
-    weak = outcome.cannot(run.comparison, outcome.quiet_axes(findings))
-    sentences = list(filter(None, [outcome.repeated(findings)]))
-    best = outcome.recommendation(findings, run.comparison)
-    if best and not answered:
-        sentences.append(unit_text(best))
-    for place in findings.failures[: 0 if best else 1]:
+    parts = outcome.opening_parts(findings, run.comparison, run.nominal)
+
+    def told(*labels: str) -> str:
+        return " ".join(text for label, text in parts if label in labels)
+
+    sentences = [told("again"), unit_text(told("trust"))]
+    for place in findings.failures[: 0 if outcome.recommendation(findings, run.comparison) else 1]:
         share = f"{percent(place.share_of_error)} of the {place.axis} error"
         sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
     changed = len(steps) > 1
@@ -64,11 +61,11 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     return render(
         *paragraphs(map(unit_text, findings.warnings), "card warning"),
         element(title, outcome.headline(findings, run.comparison)),
-        *paragraphs([weak], "warn"),
+        *paragraphs([told("cannot")], "warn"),
         *[element("dl.answer", *(_line(line) for line in answered))] * bool(answered),
-        *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
+        *paragraphs([unit_text(told("why")), told("done", "grown", "likely")], "lead"),
         element("div.card numbers", *figures, what),
-        *paragraphs([" ".join(sentences)], "lead"),
+        *paragraphs([" ".join(filter(None, sentences))], "lead"),
     )
 
 
