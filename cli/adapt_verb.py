@@ -2,13 +2,11 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import complain, prose, say, tell_replaced
-from .options import ForceOption, JsonOption, SeedOption, UnrepairedReading, VehicleOption, VehicleOut, earlier_files
+from .options import FORCE, JSON, SEED, UNREPAIRED_READING, VEHICLE, VEHICLE_OUT, argument, earlier_files, option
 
 if TYPE_CHECKING:
     from ..discovery.calibration.following import Update
@@ -17,41 +15,23 @@ if TYPE_CHECKING:
 
 
 def adapt(
-    log: Annotated[
-        str, typer.Argument(metavar="LOG", help="CSV log, complete or still written; - for standard input.")
-    ],
-    vehicle: VehicleOption,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--effect", "-e", metavar="NAME", help="Follow this; default: damping, and each thruster's scale."
-        ),
-    ] = None,
-    follow: Annotated[
-        bool, typer.Option("--follow", "-f", help="Wait for more lines; end with Ctrl-C or --idle.")
-    ] = False,
-    idle: Annotated[
-        float | None,
-        typer.Option("--idle", metavar="SECONDS", help="With --follow, end when nothing came for so long."),
-    ] = None,
-    run_in: Annotated[
-        float, typer.Option("--run-in", metavar="SECONDS", help="Beginning of the log that tells noise and forces.")
-    ] = 60.0,
-    like: Annotated[
-        Path | None, typer.Option("--like", metavar="LOG", help="Earlier log of this boat that tells them instead.")
-    ] = None,
-    alarm_hours: Annotated[
-        float, typer.Option("--alarm-hours", help="Hours under way in which one false alarm may be expected.")
-    ] = 24.0,
-    every: Annotated[
-        float, typer.Option("--every", metavar="SECONDS", help="Time in the log between two rows that are printed.")
-    ] = 1.0,
-    out: VehicleOut = None,
-    values: Annotated[Path | None, typer.Option("--values", help="CSV of the rows that are printed.")] = None,
-    force: ForceOption = False,
-    seed: SeedOption = 0,
-    reading: UnrepairedReading = AS_GUESSED,
-    as_json: JsonOption = False,
+    log: str = argument("LOG", "CSV log, complete or still written; - for standard input."),
+    vehicle: str = VEHICLE,
+    effect: list[str] | None = option(
+        "--effect -e", "Follow this; default: damping, and each thruster's scale.", metavar="NAME"
+    ),
+    follow: bool = option("--follow -f", "Wait for more lines; end with Ctrl-C or --idle.", False),
+    idle: float | None = option("--idle", "With --follow, end when nothing came for so long.", metavar="SECONDS"),
+    run_in: float = option("--run-in", "Beginning of the log that tells noise and forces.", 60.0, metavar="SECONDS"),
+    like: Path | None = option("--like", "Earlier log of this boat that tells them instead.", metavar="LOG"),
+    alarm_hours: float = option("--alarm-hours", "Hours under way in which one false alarm may be expected.", 24.0),
+    every: float = option("--every", "Time in the log between two rows that are printed.", 1.0, metavar="SECONDS"),
+    out: Path | None = VEHICLE_OUT,
+    values: Path | None = option("--values", "CSV of the rows that are printed."),
+    force: bool = FORCE,
+    seed: int = SEED,
+    reading: Reading = UNREPAIRED_READING,
+    as_json: bool = JSON,
 ) -> None:
     """Follow what a boat's parameters are while its log is written, and say when one of them changes."""
     from ..discovery.calibration.change_watch import AlarmSettings
@@ -123,7 +103,7 @@ class _Screen:
             self._rows.append(table_row(update))
         alarm = update.alarm
         if self._json and (due or alarm):
-            print(strict_json(followed_row(update, self._begun.symbols).to_dict(), None), flush=True)
+            print(strict_json(followed_row(update, self._begun.symbols), None), flush=True)
         elif not self._json:
             if due:
                 print(row(update))

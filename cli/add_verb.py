@@ -2,11 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from ..physics.effects import EFFECTS
 from .console import (
     print_json,
@@ -19,7 +16,7 @@ from .console import (
     tell_replaced,
     warn,
 )
-from .options import ForceOption, JsonOption, ReadingOptions, RunLogs, VehicleOut, earlier_files, read_logs
+from .options import FORCE, JSON, READING, RUN_LOGS, VEHICLE_OUT, argument, earlier_files, option, read_logs
 
 
 def catalogue() -> str:
@@ -32,25 +29,18 @@ def catalogue() -> str:
 
 
 def add(
-    effects: Annotated[
-        list[str], typer.Argument(metavar="EFFECT...", help="Effects to add; with --vehicle, a LOG last.")
-    ],
-    run: Annotated[
-        Path | None, typer.Option("--run", help="Run folder whose logs, nominal vehicle and thrusters are used.")
-    ] = None,
-    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
-    log: RunLogs = None,
-    out: VehicleOut = None,
-    refit: Annotated[
-        bool | None,
-        typer.Option(
-            "--refit/--no-refit",
-            help="Calibrate the model's own parameters beside them; else as the run, or where the file holds guesses.",
-        ),
-    ] = None,
-    force: ForceOption = False,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    effects: list[str] = argument("EFFECT...", "Effects to add; with --vehicle, a LOG last."),
+    run: Path | None = option("--run", "Run folder whose logs, nominal vehicle and thrusters are used."),
+    vehicle: str | None = option("--vehicle -v", "Nominal vehicle, with a log."),
+    log: list[Path] | None = RUN_LOGS,
+    out: Path | None = VEHICLE_OUT,
+    refit: bool | None = option(
+        "--refit/--no-refit",
+        "Calibrate the model's own parameters beside them; else as the run, or where the file holds guesses.",
+    ),
+    force: bool = FORCE,
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
     from ..discovery.basis import DiscoverySettings

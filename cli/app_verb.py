@@ -1,30 +1,22 @@
 """The verb `app`: the workbench in the browser."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from .console import say
-from .options import AsIsOption, FrameOption, MapOption
+from .options import AS_IS, CHANNEL_MAP, FRAME, argument, option
 
 
 def app(
-    logs: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[LOG...]", help="Logs to open at once, a saved session, or the folder of a fleet."),
-    ] = None,
-    vehicle: Annotated[
-        str | None, typer.Option("--vehicle", "-v", help="Vehicle file, or a shipped one; default: made of the log.")
-    ] = None,
-    port: Annotated[int | None, typer.Option("--port", min=1, max=65535, help="Port; default: the first free.")] = None,
-    host: Annotated[
-        str, typer.Option("--host", help="Address; any that other machines reach asks for a token.")
-    ] = "127.0.0.1",
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    as_is: AsIsOption = False,
+    logs: list[Path] | None = argument(
+        "[LOG...]", "Logs to open at once, a saved session, or the folder of a fleet.", None
+    ),
+    vehicle: str | None = option("--vehicle -v", "Vehicle file, or a shipped one; default: made of the log."),
+    port: int | None = option("--port", "Port; default: the first free.", min=1, max=65535),
+    host: str = option("--host", "Address; any that other machines reach asks for a token.", "127.0.0.1"),
+    no_browser: bool = option("--no-browser", "Do not open a browser.", False),
+    frame: str | None = FRAME,
+    channels: Path | None = CHANNEL_MAP,
+    as_is: bool = AS_IS,
 ) -> None:
     """Do the whole job with the mouse: see where the model fails, add what is missing, watch the error fall."""
     from importlib.util import find_spec

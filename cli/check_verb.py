@@ -1,37 +1,30 @@
 """The verb `check`: judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, progress, prose, say, show, tell_replaced
-from .options import ForceOption, JsonOption, PlainReading, RunLogs, SeedOption, earlier_files
+from .options import FORCE, JSON, PLAIN_READING, RUN_LOGS, SEED, argument, earlier_files, option
 
 
 def check(
-    model: Annotated[
-        str,
-        typer.Argument(
-            metavar="MODEL",
-            help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported): "
-            "f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> accelerations (n, 3).",
-        ),
-    ],
-    logs: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[LOG]...", help="Logs whose speeds are the envelope; a run folder has its own."),
-    ] = None,
-    vehicle: Annotated[
-        str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="audit.json to write.")] = None,
-    log: RunLogs = None,
-    force: ForceOption = False,
-    seed: SeedOption = 0,
-    reading: PlainReading = AS_GUESSED,
-    as_json: JsonOption = False,
+    model: str = argument(
+        "MODEL",
+        "Vehicle file, run folder, network, ONNX file, or package.module:function (imported): "
+        "f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> accelerations (n, 3).",
+    ),
+    logs: list[Path] | None = argument(
+        "[LOG]...", "Logs whose speeds are the envelope; a run folder has its own.", None
+    ),
+    vehicle: str | None = option("--vehicle -v", "Vehicle of a model that carries none (ONNX, function)."),
+    out: Path | None = option("--out -o", "audit.json to write."),
+    log: list[Path] | None = RUN_LOGS,
+    force: bool = FORCE,
+    seed: int = SEED,
+    reading: Reading = PLAIN_READING,
+    as_json: bool = JSON,
 ) -> None:
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
     from ..physics.files import write_json

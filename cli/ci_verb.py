@@ -1,33 +1,24 @@
 """The verb `ci`: whether a vehicle is still the boat of its logs; exit code 1 when it breaks a limit."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, prose, say, show, tell_replaced, warn
-from .options import ForceOption, JsonOption, Logs, ReadingOptions, VehicleOption, earlier_files, named, read_logs
+from .options import FORCE, JSON, LOGS, READING, VEHICLE, earlier_files, named, option, read_logs
 
 
 def ci(
-    logs: Logs,
-    vehicle: VehicleOption,
-    limits: Annotated[
-        Path | None, typer.Option("--limits", "-l", help="Limits file: the errors that are allowed.")
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option("--model", help="Judge this in the vehicle's place; as in compare.")
-    ] = None,
-    write: Annotated[
-        Path | None, typer.Option("--write-limits", metavar="OUT.yaml", help="Write limits from today's errors.")
-    ] = None,
-    margin: Annotated[
-        float | None, typer.Option("--margin", help="Share of today's errors that --write-limits leaves free; 0.2.")
-    ] = None,
-    force: ForceOption = False,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[Path] = LOGS,
+    vehicle: str = VEHICLE,
+    limits: Path | None = option("--limits -l", "Limits file: the errors that are allowed."),
+    model: str | None = option("--model", "Judge this in the vehicle's place; as in compare."),
+    write: Path | None = option("--write-limits", "Write limits from today's errors.", metavar="OUT.yaml"),
+    margin: float | None = option("--margin", "Share of today's errors that --write-limits leaves free; 0.2."),
+    force: bool = FORCE,
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Judge a vehicle as it is by limits of its errors on logs; exit code 1 when it breaks one."""
     from ..comparison.error_limits import WRITTEN_BY, load_limits

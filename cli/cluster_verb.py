@@ -1,20 +1,16 @@
 """The verb `cluster`: a Dask cluster on this machine, to try what a real one does."""
 
 import time
-from typing import Annotated
-
-import typer
 
 from .console import say
+from .options import option
 
 _HOUR = 3600.0
 """Seconds of a sleep, from which a signal wakes."""
 
 
 def cluster(
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Processes; default: as many as the machine has processors.")
-    ] = None,
+    workers: int | None = option("--workers", "Processes; default: as many as the machine has processors.", min=1),
 ) -> None:
     """Start a Dask cluster on this machine alone, and say where; it ends with Ctrl-C."""
     from ..fleet.workers import local_cluster

@@ -1,42 +1,28 @@
 """The verb `compare`: compare models with measurements on the same rows: which to trust, by how much."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, progress, say, show, tell_replaced, warn
-from .options import ForceOption, JsonOption, Logs, ReadingOptions, VehicleOption, earlier_files, read_logs
+from .options import FORCE, JSON, LOGS, READING, VEHICLE, earlier_files, option, read_logs
 
 
 def compare(
-    logs: Logs,
-    vehicle: VehicleOption,
-    model: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--model", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
-        ),
-    ] = None,
-    judge: Annotated[
-        str | None,
-        typer.Option(
-            "--split",
-            help="Rows to judge on: test, validation, train or all; all of a log that a model was not fitted to, else "
-            "test.",
-        ),
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="comparison.json to write.")] = None,
-    series: Annotated[
-        Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
-    ] = None,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="Folder to write: report.html, and what it is made of.")
-    ] = None,
-    force: ForceOption = False,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[Path] = LOGS,
+    vehicle: str = VEHICLE,
+    model: list[Path] | None = option(
+        "--model", "Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
+    ),
+    judge: str | None = option(
+        "--split",
+        "Rows to judge on: test, validation, train or all; all of a log that a model was not fitted to, else test.",
+    ),
+    out: Path | None = option("--out -o", "comparison.json to write."),
+    series: Path | None = option("--series", "MCAP file to write, for Foxglove or PlotJuggler."),
+    page: Path | None = option("--page", "Folder to write: report.html, and what it is made of."),
+    force: bool = FORCE,
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
     from ..physics.files import write_json

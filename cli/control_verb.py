@@ -1,40 +1,26 @@
 """The verb `control`: what a model is worth to the controller that steers the true boat with it."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from .console import print_json, progress, say, show, tell_replaced
-from .options import ForceOption, JsonOption, SeedOption
+from .options import FORCE, JSON, SEED, argument, option
 
 
 def control(
-    models: Annotated[
-        list[str],
-        typer.Argument(metavar="MODEL...", help="Vehicle files, run folders, networks: what the controller knows."),
-    ],
-    true: Annotated[
-        str | None, typer.Option("--true", help="Vehicle file of the true boat; default: that of the first model.")
-    ] = None,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--effect", help="Effect that the true boat has beside, as simulate takes it: name=value[,value]."
-        ),
-    ] = None,
-    track: Annotated[
-        list[str] | None,
-        typer.Option("--track", help="square, lawn-mower, eight, station or transients; may be repeated."),
-    ] = None,
-    controller: Annotated[
-        str, typer.Option("--controller", help="los (line of sight and feed-forward) or nmpc (predictive control).")
-    ] = "los",
-    calm: Annotated[bool, typer.Option("--calm", help="No gusts, no current, exact sensors.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Figure to write: .svg, all tracks.")] = None,
-    force: ForceOption = False,
-    seed: SeedOption = 0,
-    as_json: JsonOption = False,
+    models: list[str] = argument("MODEL...", "Vehicle files, run folders, networks: what the controller knows."),
+    true: str | None = option("--true", "Vehicle file of the true boat; default: that of the first model."),
+    effect: list[str] | None = option(
+        "--effect", "Effect that the true boat has beside, as simulate takes it: name=value[,value]."
+    ),
+    track: list[str] | None = option("--track", "square, lawn-mower, eight, station or transients; may be repeated."),
+    controller: str = option(
+        "--controller", "los (line of sight and feed-forward) or nmpc (predictive control).", "los"
+    ),
+    calm: bool = option("--calm", "No gusts, no current, exact sensors.", False),
+    out: Path | None = option("--out -o", "Figure to write: .svg, all tracks."),
+    force: bool = FORCE,
+    seed: int = SEED,
+    as_json: bool = JSON,
 ) -> None:
     """Steer the true boat along tracks with each model, and with the truth itself."""
     from ..physics.worlds.hidden_effects import parse_effects

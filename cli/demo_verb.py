@@ -2,19 +2,16 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from ..measurements.log_options import AS_GUESSED
 from .console import say
 from .discover_verb import Telling, tell_discovery
-from .options import ForceOption, check_folder, logs_in_steps
+from .options import FORCE, check_folder, logs_in_steps, option
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", help="Run folder to write.")] = Path("undertow-demo"),
-    force: ForceOption = False,
+    out: Path = option("--out", "Run folder to write.", Path("undertow-demo")),
+    force: bool = FORCE,
 ) -> None:
     """Tell the whole story on a log recorded from a Gazebo BlueBoat."""
     from importlib import resources

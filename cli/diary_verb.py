@@ -1,23 +1,18 @@
 """The verb `diary`: how the hulls of a fleet change over months, on one page."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from .console import print_json, prose, say, tell_replaced
-from .options import ForceOption, JsonOption, SeedOption, earlier_files
+from .options import FORCE, JSON, SEED, argument, earlier_files, option
 
 
 def diary(
-    fleet: Annotated[Path, typer.Argument(metavar="FLEET", help="Folder that `undertow fleet` made.")],
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Page to write; without one, sentences only.")] = None,
-    budget: Annotated[
-        float, typer.Option("--false-alarms", help="Most false alarms expected of a boat in a year, over everything.")
-    ] = 1.0,
-    seed: SeedOption = 0,
-    force: ForceOption = False,
-    as_json: JsonOption = False,
+    fleet: Path = argument("FLEET", "Folder that `undertow fleet` made."),
+    out: Path | None = option("--out -o", "Page to write; without one, sentences only."),
+    budget: float = option("--false-alarms", "Most false alarms expected of a boat in a year, over everything.", 1.0),
+    seed: int = SEED,
+    force: bool = FORCE,
+    as_json: bool = JSON,
 ) -> None:
     """Say how each hull of a fleet changes: what, since when, and how sure; and draw its days."""
     from ..fleet.diary import diary_of

@@ -4,16 +4,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from ..physics.stage import freeze_loaded_objects
 from .console import print_json, progress, prose, say, show, show_calibrated, show_steps, warn
 from .init_verb import offered
-from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, check_folder, logs_in_steps
+from .options import FORCE, JSON, LOGS, READING, REQUIRED, SEED, check_folder, logs_in_steps, option
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
@@ -23,31 +21,22 @@ _FORKED = ("numpy.fft", "numpy.ma", "scipy.special", "mcap.writer")
 
 
 def discover(
-    logs: Logs,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
-    vehicle: Annotated[
-        str | None, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one; see init.")
-    ] = None,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
-    force: ForceOption = False,
-    refit: Annotated[
-        bool | None,
-        typer.Option(
-            "--refit/--no-refit",
-            help="Calibrate the model's own parameters while effects are judged; else where the file holds guesses.",
-        ),
-    ] = None,
-    residual: Annotated[
-        str | None,
-        typer.Option("--residual", help="Network for what has no name: a kind of 'train', or best; in RUN/network."),
-    ] = None,
-    seed: SeedOption = 0,
-    judge: Annotated[
-        str,
-        typer.Option("--split", help="Rows to judge on: folds (all, by models that never saw them) or test."),
-    ] = "folds",
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[Path] = LOGS,
+    out: Path = option("--out -o", "Run folder to write.", REQUIRED),
+    vehicle: str | None = option("--vehicle -v", "Vehicle file, or the name of a shipped one; see init."),
+    no_report: bool = option("--no-report", "Leave the HTML page out.", False),
+    force: bool = FORCE,
+    refit: bool | None = option(
+        "--refit/--no-refit",
+        "Calibrate the model's own parameters while effects are judged; else where the file holds guesses.",
+    ),
+    residual: str | None = option(
+        "--residual", "Network for what has no name: a kind of 'train', or best; in RUN/network."
+    ),
+    seed: int = SEED,
+    judge: str = option("--split", "Rows to judge on: folds (all, by models that never saw them) or test.", "folds"),
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     if judge not in ("folds", "test"):

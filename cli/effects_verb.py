@@ -2,13 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from ..physics.effects import EFFECTS, Effect
 from .console import print_json, show
-from .options import JsonOption
+from .options import JSON, argument, option
 
 if TYPE_CHECKING:
     from ..physics.reading import Plain
@@ -16,11 +14,9 @@ if TYPE_CHECKING:
 
 
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="One effect; default: the list of all.")] = None,
-    vehicle: Annotated[
-        str, typer.Option("--vehicle", "-v", help="Vehicle whose typical amounts and manoeuvres are shown.")
-    ] = "blueboat",
-    as_json: JsonOption = False,
+    name: str | None = argument("[NAME]", "One effect; default: the list of all.", None),
+    vehicle: str = option("--vehicle -v", "Vehicle whose typical amounts and manoeuvres are shown.", "blueboat"),
+    as_json: bool = JSON,
 ) -> None:
     """Show the catalogue of effects, or one: its force, unit, typical size, where it shows, what it is taken for."""
     from ..physics.vehicle import load_vehicle

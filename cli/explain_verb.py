@@ -1,22 +1,19 @@
 """The verb `explain`: say what of a model's correction is a named effect, what has no name, and what is memory."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, progress, show, warn
-from .options import JsonOption, Logs, ReadingOptions, SeedOption, VehicleOption, read_logs
+from .options import JSON, LOGS, READING, SEED, VEHICLE, argument, read_logs
 
 
 def explain(
-    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Folder of a network, run folder or vehicle file.")],
-    logs: Logs,
-    vehicle: VehicleOption,
-    seed: SeedOption = 0,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    model: Path = argument("MODEL", "Folder of a network, run folder or vehicle file."),
+    logs: list[Path] = LOGS,
+    vehicle: str = VEHICLE,
+    seed: int = SEED,
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     from ..discovery.basis import DiscoverySettings

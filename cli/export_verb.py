@@ -1,12 +1,9 @@
 """The verb `export`: a model in the format of a simulator, a controller, an autopilot, a language or a paper."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from .console import prose, say, tell_replaced
-from .options import ForceOption, earlier_files
+from .options import FORCE, REQUIRED, argument, earlier_files, option
 
 
 def formats() -> str:
@@ -17,18 +14,13 @@ def formats() -> str:
 
 
 def export(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Vehicle file, or run folder: its corrected model.")],
-    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="Format, see below.")],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="File to write, named after MODEL if left out; some formats write two."),
-    ] = None,
-    time_step: Annotated[float, typer.Option("--time-step", help="Of the step function, in seconds.")] = 0.05,
-    gz: Annotated[str, typer.Option("--gz", help="sdf: garden, for Gazebo Garden and later, or fortress.")] = "garden",
-    added_mass: Annotated[
-        str, typer.Option("--added-mass", help="sdf: plugin, or inertial (SDF 1.10, Gazebo Garden and later).")
-    ] = "plugin",
-    force: ForceOption = False,
+    model: str = argument("MODEL", "Vehicle file, or run folder: its corrected model."),
+    to: str = option("--to", "Format, see below.", REQUIRED, metavar="FORMAT"),
+    out: Path | None = option("--out -o", "File to write, named after MODEL if left out; some formats write two."),
+    time_step: float = option("--time-step", "Of the step function, in seconds.", 0.05),
+    gz: str = option("--gz", "sdf: garden, for Gazebo Garden and later, or fortress.", "garden"),
+    added_mass: str = option("--added-mass", "sdf: plugin, or inertial (SDF 1.10, Gazebo Garden and later).", "plugin"),
+    force: bool = FORCE,
 ) -> None:
     """Write a model in the format of another tool, with its envelope, audit, intervals and sources inside."""
     from ..exports.formats.base import Choices

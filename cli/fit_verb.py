@@ -1,37 +1,34 @@
 """The verb `fit`: calibrate the parameters that the vehicle model has, under the laws of energy."""
 
-from typing import Annotated
+from pathlib import Path
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
-    ForceOption,
-    JsonOption,
-    Logs,
-    ReadingOptions,
-    SeedOption,
-    VehicleOption,
-    VehicleOut,
+    FORCE,
+    JSON,
+    LOGS,
+    READING,
+    SEED,
+    VEHICLE,
+    VEHICLE_OUT,
     earlier_files,
     one_by_one,
+    option,
     read_logs,
 )
 
 
 def fit(
-    logs: Logs,
-    vehicle: VehicleOption,
-    out: VehicleOut = None,
-    free: Annotated[
-        list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
-    ] = None,
-    hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
-    force: ForceOption = False,
-    seed: SeedOption = 0,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[Path] = LOGS,
+    vehicle: str = VEHICLE,
+    out: Path | None = VEHICLE_OUT,
+    free: list[str] | None = option("--free", "Calibrate this too, though it has no value.", metavar="SYMBOL"),
+    hold: list[str] | None = option("--hold", "Leave this as it is.", metavar="SYMBOL"),
+    force: bool = FORCE,
+    seed: int = SEED,
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
     from ..discovery.basis import DiscoverySettings

@@ -1,40 +1,32 @@
 """The verb `fleet`: logs of many boats as one data set, made and added to."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import complain, print_json, progress, say
-from .options import ForceOption, JsonOption, UnrepairedReading, VehicleOption, one_by_one
+from .options import FORCE, JSON, REQUIRED, UNREPAIRED_READING, VEHICLE, argument, one_by_one, option
 
 if TYPE_CHECKING:
     from ..fleet.fleet_folder import FleetIndex
 
-FleetOut = Annotated[Path, typer.Option("--out", "-o", help="Folder of the fleet, new or there already.")]
+FLEET_OUT = option("--out -o", "Folder of the fleet, new or there already.", REQUIRED)
 
 
 def fleet(
-    logs: Annotated[
-        list[str],
-        typer.Argument(metavar="LOG...", help="Manifests (CSV, YAML), logs, folders, patterns, s3://bucket/path/."),
-    ],
-    vehicle: VehicleOption,
-    out: FleetOut,
-    follow: Annotated[
-        list[str] | None,
-        typer.Option("--follow", metavar="SYMBOL", help="Parameters; default: damping, scales of thrust, mass."),
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Processes of this machine; default: all its processors.")
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler that does the work instead.")
-    ] = None,
-    force: ForceOption = False,
-    reading: UnrepairedReading = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[str] = argument("LOG...", "Manifests (CSV, YAML), logs, folders, patterns, s3://bucket/path/."),
+    vehicle: str = VEHICLE,
+    out: Path = FLEET_OUT,
+    follow: list[str] | None = option(
+        "--follow", "Parameters; default: damping, scales of thrust, mass.", metavar="SYMBOL"
+    ),
+    workers: int | None = option("--workers", "Processes of this machine; default: all its processors.", min=1),
+    scheduler: str | None = option("--scheduler", "Dask scheduler that does the work instead.", metavar="ADDRESS"),
+    force: bool = FORCE,
+    reading: Reading = UNREPAIRED_READING,
+    as_json: bool = JSON,
 ) -> None:
     """Make logs of many boats one data set, or add logs to it; what was read once is not read again.
 

@@ -2,13 +2,12 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.log_options import Reading
 from .console import progress, prose, say, show, tell_replaced
-from .options import ForceOption, Logs, UnrepairedReading, earlier_files, named
+from .options import FORCE, LOGS, UNREPAIRED_READING, earlier_files, named, option
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
 """Files that are written unless an option names others."""
@@ -22,24 +21,16 @@ _ASKED = {
 
 
 def init(
-    logs: Logs,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Vehicle file to write.")] = _VEHICLE,
-    channels_out: Annotated[
-        Path, typer.Option("--channels", metavar="OUT.yaml", help="Channel map to write.")
-    ] = _CHANNELS,
-    length: Annotated[float | None, typer.Option("--length", help="Length of the hull in metres.")] = None,
-    mass: Annotated[float | None, typer.Option("--mass", help="Mass with payload in kilograms.")] = None,
-    spacing: Annotated[
-        float | None, typer.Option("--spacing", help="Distance between port and starboard thruster in metres.")
-    ] = None,
-    thrust: Annotated[
-        float | None, typer.Option("--thrust", help="Thrust of one thruster at full command ahead in newtons.")
-    ] = None,
-    like: Annotated[
-        str | None, typer.Option("--like", help="Take the hull of this vehicle: a file, or the name of a shipped one.")
-    ] = None,
-    reading: UnrepairedReading = AS_GUESSED,
-    force: ForceOption = False,
+    logs: list[Path] = LOGS,
+    out: Path = option("--out -o", "Vehicle file to write.", _VEHICLE),
+    channels_out: Path = option("--channels", "Channel map to write.", _CHANNELS, metavar="OUT.yaml"),
+    length: float | None = option("--length", "Length of the hull in metres."),
+    mass: float | None = option("--mass", "Mass with payload in kilograms."),
+    spacing: float | None = option("--spacing", "Distance between port and starboard thruster in metres."),
+    thrust: float | None = option("--thrust", "Thrust of one thruster at full command ahead in newtons."),
+    like: str | None = option("--like", "Take the hull of this vehicle: a file, or the name of a shipped one."),
+    reading: Reading = UNREPAIRED_READING,
+    force: bool = FORCE,
 ) -> None:
     """Make a vehicle file and a channel map of a log, every number with its source."""
     from ..reports.terminal.inspection_screen import init_screen

@@ -1,29 +1,22 @@
 """The verb `inspect`: say whether logs are sound and what to do about it, and what undertow would do with them."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from .console import print_json, progress, say, say_lines, show, tell_replaced
-from .options import ForceOption, JsonOption, PlainReading, earlier_files
+from .options import FORCE, JSON, PLAIN_READING, argument, earlier_files, option
 
 
 def inspect(
-    logs: Annotated[
-        list[Path], typer.Argument(metavar="LOG...", help="Logs of one boat, or folders of them; several tell more.")
-    ],
-    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
-    reading: PlainReading = AS_GUESSED,
-    map_out: Annotated[
-        Path | None, typer.Option("--map-out", help="YAML file to write the channel map in use to, for --map.")
-    ] = None,
-    fix: Annotated[
-        Path | None, typer.Option("--fix", metavar="OUT.csv", help="Write the log with the safe repairs made.")
-    ] = None,
-    force: ForceOption = False,
-    as_json: JsonOption = False,
+    logs: list[Path] = argument("LOG...", "Logs of one boat, or folders of them; several tell more."),
+    vehicle: str | None = option("--vehicle -v", "Vehicle whose needs are checked."),
+    reading: Reading = PLAIN_READING,
+    map_out: Path | None = option("--map-out", "YAML file to write the channel map in use to, for --map."),
+    fix: Path | None = option("--fix", "Write the log with the safe repairs made.", metavar="OUT.csv"),
+    force: bool = FORCE,
+    as_json: bool = JSON,
 ) -> None:
     """Say whether logs are sound and what to do about it, and what undertow would do with them.
 

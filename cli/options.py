@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -19,54 +19,52 @@ if TYPE_CHECKING:
 _FEW = 3
 """Logs that are named in a command that is told as the next one: more would not fit on a line."""
 
-Logs = Annotated[
-    list[Path],
-    typer.Argument(metavar="LOG...", help="Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat."),
-]
-VehicleOption = Annotated[
-    str, typer.Option("--vehicle", "-v", help="Vehicle file, run folder, or name of a shipped one.")
-]
-FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
-MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
-AsIsOption = Annotated[
-    bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
-]
-_READING = {
-    "frame": FrameOption,
-    "channel_map": MapOption,
-    "namespace": Annotated[
-        str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
-    ],
-    "as_is": AsIsOption,
-    "fix": Annotated[
-        bool, typer.Option("--fix", help="Make the safe repairs of inspect --fix in memory, and say which.")
-    ],
+REQUIRED: Any = ...
+"""The default of an option that has none."""
+
+
+def option(names: str, text: str, default: Any = None, **how: Any) -> Any:
+    """Declare an option of a verb, as the default of a parameter.
+
+    Parameters
+    ----------
+    names : as they are typed, with a blank between two, such as "--out -o"
+    text : its help
+    how : see `typer.Option`
+    """
+    return typer.Option(default, *names.split(), help=text, **how)
+
+
+def argument(metavar: str, text: str, default: Any = REQUIRED) -> Any:
+    """Declare an argument of a verb, as the default of a parameter; see `option`."""
+    return typer.Argument(default, metavar=metavar, help=text)
+
+
+LOGS = argument("LOG...", "Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat.")
+VEHICLE = option("--vehicle -v", "Vehicle file, run folder, or name of a shipped one.", REQUIRED)
+FRAME = option("--frame", "enu or ned, for channels that are not NED/FRD.")
+CHANNEL_MAP = option("--map", "YAML file that maps channels.")
+AS_IS = option("--as-is", "Take logs that are known to be broken as they are, and be warned.", False)
+_READING: dict[str, tuple[Any, Any]] = {
+    "frame": (str | None, FRAME),
+    "channel_map": (Path | None, CHANNEL_MAP),
+    "namespace": (str | None, option("--namespace", "Start of the topics of the vehicle meant, in a log of several.")),
+    "as_is": (bool, AS_IS),
+    "fix": (bool, option("--fix", "Make the safe repairs of inspect --fix in memory, and say which.", False)),
 }
-"""Option of each field of a `Reading`."""
-PlainReading = Annotated[Reading, "frame", "channel_map", "namespace"]
-UnrepairedReading = Annotated[Reading, "frame", "channel_map", "namespace", "as_is"]
-ReadingOptions = Annotated[Reading, "frame", "channel_map", "namespace", "as_is", "fix"]
+"""Type and option of each field of a `Reading`."""
+PLAIN_READING: Any = ("frame", "channel_map", "namespace")
+UNREPAIRED_READING: Any = (*PLAIN_READING, "as_is")
+READING: Any = (*UNREPAIRED_READING, "fix")
 """A reading with the options of these fields: `telling` puts them in the place of the parameter `reading`."""
-RunLogs = Annotated[
-    list[Path] | None,
-    typer.Option("--log", metavar="LOG", help="Where a log of the run is now, if it was moved; it is checked."),
-]
-VehicleOut = Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
-ForceOption = Annotated[
-    bool, typer.Option("--force", help="Write over what this verb did not write; never over what it reads.")
-]
-SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
-]
-
-
-QuietOption = Annotated[
-    bool,
-    typer.Option(
-        "--quiet", "-q", help="Tell nothing of work that goes on; results, warnings and errors are told all the same."
-    ),
-]
+RUN_LOGS = option("--log", "Where a log of the run is now, if it was moved; it is checked.", metavar="LOG")
+VEHICLE_OUT = option("--out -o", "Vehicle file to write.")
+JSON = option("--json", "Print JSON for machines instead of tables.", False)
+FORCE = option("--force", "Write over what this verb did not write; never over what it reads.", False)
+SEED = option("--seed", "Seed of everything random; equal seeds give equal files.", 0, min=0)
+QUIET = option(
+    "--quiet -q", "Tell nothing of work that goes on; results, warnings and errors are told all the same.", False
+)
 
 
 def telling(verb: Callable[..., None]) -> Callable[..., None]:
@@ -77,14 +75,10 @@ def telling(verb: Callable[..., None]) -> Callable[..., None]:
     parameters: list[Parameter] = []
     fields: tuple[str, ...] = ()
     for own in signature(verb).parameters.values():
-        if own.name == "reading":
-            fields = own.annotation.__metadata__
-            parameters += [
-                own.replace(name=name, default=getattr(own.default, name), annotation=_READING[name]) for name in fields
-            ]
-        else:
-            parameters.append(own)
-    parameters.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=False, annotation=QuietOption))
+        fields = own.default if own.name == "reading" else fields
+        more = [(name, *_READING[name]) for name in fields] if own.name == "reading" else [(own.name, None, None)]
+        parameters += [own.replace(name=n, annotation=t, default=d) if t else own for n, t, d in more]
+    parameters.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=QUIET, annotation=bool))
 
     @wraps(verb)
     def told(*words: Any, quiet: bool = False, **options: Any) -> None:

@@ -1,33 +1,27 @@
 """The verb `plan`: what to drive next, as files for autopilot, ground station, robot and table."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from .console import print_json, progress, prose, say
-from .options import ForceOption, JsonOption, MapOption, RunLogs
+from .options import CHANNEL_MAP, FORCE, JSON, RUN_LOGS, argument, option
 
 
 def plan(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that discover wrote.")],
-    effects: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[EFFECT...]", help="Effects to tell apart; without any, the first open question."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write the mission to.")] = None,
-    speed: Annotated[float | None, typer.Option("--speed", help="Highest speed in m/s.")] = None,
-    space: Annotated[float, typer.Option("--space", help="Farthest from where it begins, in m: the fence.")] = 50.0,
-    thrust: Annotated[float, typer.Option("--thrust", help="Most thrust, in % of full command.")] = 100.0,
-    seconds: Annotated[float, typer.Option("--seconds", help="Longest manoeuvre in s.")] = 120.0,
-    at: Annotated[str | None, typer.Option("--at", help="Where it begins, LAT,LON: for mission.waypoints.")] = None,
-    heading: Annotated[
-        float | None, typer.Option("--heading", help="On which it begins, in degrees from north; the log's else.")
-    ] = None,
-    force: ForceOption = False,
-    log: RunLogs = None,
-    channels: MapOption = None,
-    as_json: JsonOption = False,
+    run: Path = argument("RUN", "Run folder that discover wrote."),
+    effects: list[str] | None = argument(
+        "[EFFECT...]", "Effects to tell apart; without any, the first open question.", None
+    ),
+    out: Path | None = option("--out -o", "Folder to write the mission to."),
+    speed: float | None = option("--speed", "Highest speed in m/s."),
+    space: float = option("--space", "Farthest from where it begins, in m: the fence.", 50.0),
+    thrust: float = option("--thrust", "Most thrust, in % of full command.", 100.0),
+    seconds: float = option("--seconds", "Longest manoeuvre in s.", 120.0),
+    at: str | None = option("--at", "Where it begins, LAT,LON: for mission.waypoints."),
+    heading: float | None = option("--heading", "On which it begins, in degrees from north; the log's else."),
+    force: bool = FORCE,
+    log: list[Path] | None = RUN_LOGS,
+    channels: Path | None = CHANNEL_MAP,
+    as_json: bool = JSON,
 ) -> None:
     """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
     from ..discovery.experiment.optimal_manoeuvre import Bounds

@@ -1,13 +1,10 @@
 """The verb `simulate`: write the log of a world with hidden effects."""
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from ..physics.effects import EFFECTS
 from .console import say, tell_replaced
-from .options import ForceOption, SeedOption, VehicleOption, earlier_files
+from .options import FORCE, REQUIRED, SEED, VEHICLE, earlier_files, option
 
 
 def amounts() -> str:
@@ -25,19 +22,14 @@ def amounts() -> str:
 
 
 def simulate(
-    vehicle: VehicleOption,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Log to write: .csv, .csv.gz or .parquet.")],
-    effect: Annotated[
-        list[str] | None,
-        typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value; see below."),
-    ] = None,
-    programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
-    duration: Annotated[
-        float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log in seconds.")
-    ] = 300.0,
-    noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
-    force: ForceOption = False,
-    seed: SeedOption = 0,
+    vehicle: str = VEHICLE,
+    out: Path = option("--out -o", "Log to write: .csv, .csv.gz or .parquet.", REQUIRED),
+    effect: list[str] | None = option("--effect", "Hidden effect as name=value[,value], or a symbol=value; see below."),
+    programme: str = option("--programme", "Manoeuvres: rich, zigzag or gentle.", "rich"),
+    duration: float = option("--duration", "Length of the log in seconds.", 300.0, min=1.0, max=86400.0),
+    noise: str = option("--noise", "Sensors: clean, field or rough.", "field"),
+    force: bool = FORCE,
+    seed: int = SEED,
 ) -> None:
     """Write the log of a world with hidden effects."""
     from ..measurements.quality.checks.excitation import excitation_of

@@ -4,59 +4,41 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from ..measurements.log_options import AS_GUESSED
+from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from ..residuals.training.training_settings import Augmentation, TrainingSettings
 from .console import interrupted, print_json, progress, prose, say, show, warn
-from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, VehicleOption, read_logs
+from .options import FORCE, JSON, LOGS, READING, REQUIRED, SEED, VEHICLE, option, read_logs
 
 
 def train(
-    logs: Logs,
-    vehicle: VehicleOption,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the network to write.")],
-    residual: Annotated[
-        str | None,
-        typer.Option(
-            "--residual",
-            help="Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
-            "trees, gp, ridge, or best: the one that predicts best over blocks of the log that it does not know.",
-        ),
-    ] = None,
-    start: Annotated[
-        Path | None, typer.Option("--start", metavar="MODEL", help="Go on from this network, of another boat or log.")
-    ] = None,
-    pure: Annotated[
-        bool, typer.Option("--pure", help="Learn all of the motion, without the vehicle's physics.")
-    ] = False,
-    heading: Annotated[bool, typer.Option("--heading", help="Let the network see the heading.")] = False,
-    option: Annotated[
-        list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="Of the network, such as units=64.")
-    ] = None,
-    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train (150 when not given).")] = None,
-    seed: SeedOption = 0,
-    device: Annotated[str, typer.Option("--device", help="cpu (auto is the same) or cuda.")] = "auto",
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted training in the folder.")] = False,
-    lambda_phys: Annotated[
-        float | None, typer.Option("--lambda-phys", help="Weight of the laws of energy (100).")
-    ] = None,
-    rollout_rows: Annotated[
-        int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too (0).")
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Of the recipe, such as learning_rate=0.001, patience=50."),
-    ] = None,
-    force: ForceOption = False,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Say what of the correction is a named effect, and what is memory.")
-    ] = False,
-    reading: ReadingOptions = AS_GUESSED,
-    as_json: JsonOption = False,
+    logs: list[Path] = LOGS,
+    vehicle: str = VEHICLE,
+    out: Path = option("--out -o", "Folder of the network to write.", REQUIRED),
+    residual: str | None = option(
+        "--residual",
+        "Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
+        "trees, gp, ridge, or best: the one that predicts best over blocks of the log that it does not know.",
+    ),
+    start: Path | None = option("--start", "Go on from this network, of another boat or log.", metavar="MODEL"),
+    pure: bool = option("--pure", "Learn all of the motion, without the vehicle's physics.", False),
+    heading: bool = option("--heading", "Let the network see the heading.", False),
+    option: list[str] | None = option("--option", "Of the network, such as units=64.", metavar="NAME=VALUE"),
+    epochs: int | None = option("--epochs", "Most epochs to train (150 when not given)."),
+    seed: int = SEED,
+    device: str = option("--device", "cpu (auto is the same) or cuda.", "auto"),
+    resume: bool = option("--resume", "Go on with an interrupted training in the folder.", False),
+    lambda_phys: float | None = option("--lambda-phys", "Weight of the laws of energy (100)."),
+    rollout_rows: int | None = option("--rollout-rows", "Train through rollouts of so many rows, too (0)."),
+    set_: list[str] | None = option(
+        "--set", "Of the recipe, such as learning_rate=0.001, patience=50.", metavar="NAME=VALUE"
+    ),
+    force: bool = FORCE,
+    explain: bool = option("--explain", "Say what of the correction is a named effect, and what is memory.", False),
+    reading: Reading = READING,
+    as_json: bool = JSON,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
     from ..workflows import train as trained

@@ -8,6 +8,7 @@ from ..discovery.calibration.following import Update
 from ..measurements.statistics.blocks import CI
 from ..physics.file_records import DescribedEnum, Flag, Number, Record, Whole
 from ..physics.presentation import MINUS, NARROW, Card, counted, each, listing, number, percent, unit_text
+from ..physics.reading import Plain
 
 
 class Cause(DescribedEnum):
@@ -348,56 +349,20 @@ def table_heading(symbols: Sequence[str]) -> str:
     return ",".join(["t", *(f"{s},{s}_low,{s}_high" for s in symbols), "excited"])
 
 
-class FollowedValue(Record):
-    """A parameter now, with its 95 % interval."""
-
-    value: Number
-    ci95: tuple[Number, Number]
-
-
-class AlarmRecord(Record):
-    """A change that was noticed, as `change_watch.Alarm` has it."""
-
-    parameter: str
-    alike: tuple[str, ...]
-    known: Number
-    since: Number
-    between: tuple[Number, Number]
-    before: Number
-    after: Number
-    half_width: Number
-
-
-class FollowedRow(Record):
+def followed_row(update: Update, symbols: tuple[str, ...]) -> Plain:
     """A line of the output: time in the log [s], whether the row told something, values by symbol, and an alarm."""
-
-    SCHEMA: ClassVar[str] = "undertow.following/1"
-
-    time: Number
-    excited: Flag
-    values: dict[str, FollowedValue]
-    alarm: AlarmRecord | None = None
-
-
-def followed_row(update: Update, symbols: tuple[str, ...]) -> FollowedRow:
-    """The record of an update."""
     pairs = zip(symbols, update.values.tolist(), (CI * update.deviation).tolist(), strict=True)
-    return FollowedRow(
-        time=update.time,
-        excited=update.excited,
-        values={symbol: FollowedValue(value=x, ci95=(x - half, x + half)) for symbol, x, half in pairs},
-        alarm=None if update.alarm is None else _record(update.alarm),
-    )
+    return {
+        "schema": "undertow.following/1",
+        "time": update.time,
+        "excited": bool(update.excited),
+        "values": {symbol: {"value": x, "ci95": [x - half, x + half]} for symbol, x, half in pairs},
+        "alarm": None if update.alarm is None else _told(update.alarm),
+    }
 
 
-def _record(alarm: Alarm) -> AlarmRecord:
-    return AlarmRecord(
-        parameter=alarm.symbol,
-        alike=alarm.alike,
-        known=alarm.time,
-        since=alarm.since,
-        between=(alarm.earliest, alarm.latest),
-        before=alarm.before,
-        after=alarm.after,
-        half_width=alarm.half,
-    )
+def _told(alarm: Alarm) -> Plain:
+    """A change that was noticed, under the names of the output."""
+    told: Plain = {"parameter": alarm.symbol, "alike": list(alarm.alike), "known": alarm.time, "since": alarm.since}
+    told["between"] = [alarm.earliest, alarm.latest]
+    return told | {"before": alarm.before, "after": alarm.after, "half_width": alarm.half}

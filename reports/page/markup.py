@@ -4,23 +4,40 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import resources
 
-from ...exports.elements import NOTHING, Html, element, escaped, render, table
+from ...exports import elements
+from ...exports.elements import NOTHING as NOTHING
+from ...exports.elements import Html, render
+from ...exports.elements import escaped as escaped
+from ...exports.elements import table as table
 
-__all__ = [
-    "NOTHING",
-    "Html",
-    "details",
-    "element",
-    "enlargeable",
-    "escaped",
-    "figure",
-    "folded",
-    "lines",
-    "paragraphs",
-    "render",
-    "style_sheet",
-    "table",
-]
+
+def element(tag: str, *parts: str, cls: str = "", **attributes: str) -> Html:
+    """One element: "p.facts" is a paragraph of a class of style.
+
+    Parameters
+    ----------
+    cls : its classes, where they are no part of `tag`
+    attributes : by name, with an underscore for a hyphen
+
+    Examples
+    --------
+    >>> element("p.facts", "a < b", aria_label="note")
+    '<p class="facts" aria-label="note">a &lt; b</p>'
+    """
+    name, _, own = tag.partition(".")
+    named = {key.replace("_", "-"): value for key, value in attributes.items()}
+    return elements.element(name, *parts, cls=cls or own, attributes=named)
+
+
+def card(*parts: str) -> Html:
+    """A box on the page."""
+    return element("div.card", *parts)
+
+
+def bullets(texts: Iterable[str]) -> list[Html]:
+    """A list of sentences; nothing for none."""
+    items = [element("li", text) for text in texts]
+    return [element("ul", *items)] if items else []
 
 
 def paragraphs(texts: Iterable[str], cls: str = "facts") -> list[Html]:
@@ -35,7 +52,7 @@ def details(summary: str, *parts: str) -> Html:
 
 def folded(title: str, *parts: str) -> Html:
     """A card of details that a reader opens."""
-    return element("details", element("summary", element("h3", title)), *parts, cls="card")
+    return element("details.card", element("summary", element("h3", title)), *parts)
 
 
 def lines(texts: Iterable[str]) -> Html:
@@ -46,13 +63,13 @@ def lines(texts: Iterable[str]) -> Html:
 def figure(svgs: Sequence[Html], caption: str, *, cls: str = "") -> Html:
     """Drawings side by side with one caption that says what to see."""
     drawings = element("div", *map(enlargeable, svgs), cls=f"plots {cls}".strip())
-    return element("figure", drawings, element("figcaption", caption), cls="card")
+    return element("figure.card", drawings, element("figcaption", caption))
 
 
 def enlargeable(svg: Html) -> Html:
     """A drawing that fills the window when it is clicked, and goes back when it is clicked again; without a script."""
     box = Html('<input type="checkbox" aria-label="enlarge this drawing">')
-    return element("label", box, svg, cls="zoom")
+    return element("label.zoom", box, svg)
 
 
 LIGHT = """

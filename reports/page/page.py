@@ -36,7 +36,7 @@ from .chapters.where_it_fails import failing, motion
 from .figures.fleet_figures import course, side_by_side, strip
 from .figures.model_figures import growth
 from .fleet import Held, Relation, SharedNumber, common_effects, shared_numbers
-from .markup import NOTHING, Html, element, figure, folded, lines, render, style_sheet, table
+from .markup import NOTHING, Html, card, element, figure, folded, lines, render, style_sheet, table
 from .outcome import cannot, hero
 
 VERB = "report"
@@ -64,9 +64,9 @@ def _in_place(chapter: Chapter, section: Section) -> Html:
     """A section under its title, folded where its chapter is; links to it open it."""
     if not section.title:
         return element("section", section.body, cls=section.cls) if section.cls else section.body
-    title, anchor = element("h2", section.title), element("a", attributes={"id": _anchor(chapter)})
+    title, anchor = element("h2", section.title), element("a", id=_anchor(chapter))
     if chapter.folded:
-        body = element("details", element("summary", title), anchor, section.body, cls="folded")
+        body = element("details.folded", element("summary", title), anchor, section.body)
     else:
         body = render(anchor, title, section.body)
     return element("section", body, cls=section.cls)
@@ -77,8 +77,8 @@ def _contents(told: Sequence[tuple[Chapter, Section]]) -> Html:
     links = []
     for chapter, section in told:
         short, to = section.title.partition(":")[0], {"href": f"#{_anchor(chapter)}"}
-        links += [element("a", short, cls="detail" * chapter.folded, attributes=to)] * bool(short)
-    return element("nav", *links, cls="contents", attributes={"aria-label": "contents"})
+        links += [element("a", short, cls="detail" * chapter.folded, **to)] * bool(short)
+    return element("nav.contents", *links, aria_label="contents")
 
 
 def _anchor(chapter: Chapter) -> str:
@@ -90,7 +90,7 @@ def document(title: str, subject: str, sections: Sequence[Html], contents: Html 
 
     A policy forbids it to load anything, and to run any script but its own.
     """
-    brand = element("div", WAVE, element("b", "undertow"), element("span", subject), cls="brand")
+    brand = element("div.brand", WAVE, element("b", "undertow"), element("span", subject))
     policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src '{script_digest()}'"
     head = element(
         "head",
@@ -100,7 +100,7 @@ def document(title: str, subject: str, sections: Sequence[Html], contents: Html 
         element("style", Html(style_sheet())),
     )
     body = element("body", contents, element("main", brand, *sections))
-    text = "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
+    text = "<!doctype html>\n" + render(element("html", head, body, lang="en")) + "\n"
     return at_end(verb, text.encode("utf-8")).decode("utf-8")
 
 
@@ -124,17 +124,17 @@ def comparison_page(folder: ComparisonFolder) -> str:
     where = failing(found, folder.series)
     not_counted = f" Marked, because fitted to rows that are judged: {listing(fitted)}." if fitted else ""
     sections = [
-        *(element("p", unit_text(text), cls="card warning") for text in found.warnings),
+        *(element("p.card warning", unit_text(text)) for text in found.warnings),
         element("h1", f"{verdict}." if why else verdict),
-        *(element("p", unit_text(f"{one[:1].upper()}{one[1:]}"), cls="lead") for one in (why, cannot(found)) if one),
-        element("p", f"Judged on {rows} of {logs}.{not_counted}", cls="lead"),
+        *(element("p.lead", unit_text(f"{one[:1].upper()}{one[1:]}")) for one in (why, cannot(found)) if one),
+        element("p.lead", f"Judged on {rows} of {logs}.{not_counted}"),
         element("h2", TITLE),
         models(found.but(best=found.best.but(sentence=""))),
         element("h2", "How the error grows"),
         figure([growth(found.models, ends)], GROWTH, cls="wide"),
         element("h2", "Measured against predicted"),
         motion(folder.series, f"of {'one of the logs' if several else logs}", found, ends[-1]),
-        element("section", element("details", element("summary", element("h2", WHERE)), where, cls="folded")),
+        element("section", element("details.folded", element("summary", element("h2", WHERE)), where)),
     ]
     return document(logs, f"models compared on {logs}", sections)
 
@@ -151,10 +151,10 @@ def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:
     numbers = shared_numbers(runs, names)
     sections = [
         element("h1", _runs_verdict(numbers, len(runs))),
-        element("p", _runs_lead(runs, numbers), cls="lead"),
+        element("p.lead", _runs_lead(runs, numbers)),
         *_side_by_side(numbers, names, runs),
         element("h2", "The runs"),
-        element("div", _run_table(runs, names, home), cls="card"),
+        card(_run_table(runs, names, home)),
         *(_run_in_short(run, name, index) for index, (run, name) in enumerate(zip(runs, names, strict=True))),
     ]
     return document("fleet", "what the models of a fleet are missing", sections)
@@ -200,14 +200,14 @@ def _run_table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> H
         page = os.path.relpath((run.folder / "report.html").absolute(), home.absolute())
         rows.append(
             (
-                element("a", name, attributes={"href": f"#run-{index + 1}"}),
+                element("a", name, href=f"#run-{index + 1}"),
                 run.nominal.name,
                 lines(logs),
                 run.findings.verdict,
                 lines(_missing_names(run)),
                 lines([error, f"{led.metric}, {led.horizon} s"]),
                 "not run" if run.audit is None else run.audit.verdict,
-                element("a", "its page", attributes={"href": quote(Path(page).as_posix())}),
+                element("a", "its page", href=quote(Path(page).as_posix())),
             )
         )
     head = ("run", "vehicle", "logs", "verdict", "missing", "error of predictions", "laws", "")
@@ -228,7 +228,7 @@ def _side_by_side(numbers: Sequence[SharedNumber], names: Sequence[str], runs: S
     rows = []
     for one in numbers:
         cells = [_number_cell(held, other) for held, other in zip(one.held, one.elsewhere, strict=True)]
-        name = render(element("div", element("b", one.symbol)), element("span", one.effect, cls="facts"))
+        name = render(element("div", element("b", one.symbol)), element("span.facts", one.effect))
         rows.append((name, one.told(names), *cells))
     head = ("number", "together", *names)
     note = (
@@ -245,15 +245,15 @@ def _side_by_side(numbers: Sequence[SharedNumber], names: Sequence[str], runs: S
     return [
         title,
         figure(drawings, caption, cls="pair"),
-        element("div", table(head, rows, "l" * len(head)), element("p", note, cls="facts"), cls="card wordy"),
+        element("div.card wordy", table(head, rows, "l" * len(head)), element("p.facts", note)),
     ]
 
 
 def _number_cell(held: Held | None, elsewhere: str) -> Html:
     """A number of one run: its value, its interval, and how sure its effect is."""
     if held is None:
-        return element("span", elsewhere, cls="facts")
-    return render(lines([held.number.amount(), interval(held.number.ci95)]), element("span", held.verdict, cls="facts"))
+        return element("span.facts", elsewhere)
+    return render(lines([held.number.amount(), interval(held.number.ci95)]), element("span.facts", held.verdict))
 
 
 def _run_in_short(run: RunFolder, name: str, index: int) -> Html:
@@ -264,7 +264,7 @@ def _run_in_short(run: RunFolder, name: str, index: int) -> Html:
         headline(run, title="h3"),
         element("h3", TITLE),
         models(run.comparison, run.audit, short_of=name),
-        attributes={"id": f"run-{index + 1}"},
+        id=f"run-{index + 1}",
     )
 
 
@@ -290,9 +290,9 @@ def diary_page(diary: DiaryFacts) -> str:
         element("h2", BOATS),
         figure([strip(diary, boats)], STRIP, cls="wide"),
         element("h2", "What the boats share"),
-        element("div", _shared_parameters(diary), cls="card"),
+        card(_shared_parameters(diary)),
         element("h2", "Boat by boat"),
-        element("p", COURSE, cls="facts"),
+        element("p.facts", COURSE),
         *(_boat_section(boat, diary) for boat in boats),
     ]
     return document(diary.fleet, "how the hulls of a fleet change", sections, verb=_DIARY_VERB)
@@ -301,8 +301,8 @@ def diary_page(diary: DiaryFacts) -> str:
 def glance(diary: DiaryFacts) -> Html:
     """What stands on top of the page, for another page that does not go on with every boat."""
     boats = in_telling_order(diary.boats)
-    drawing = element("div", strip(diary, boats), cls="scroll")
-    days = element("section", element("h2", BOATS), drawing, element("p", STRIP, cls="muted"), cls="card")
+    drawing = element("div.scroll", strip(diary, boats))
+    days = element("section.card", element("h2", BOATS), drawing, element("p.muted", STRIP))
     return render(*_diary_verdicts(diary, boats, _named), days)
 
 
@@ -312,8 +312,8 @@ def _diary_verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callab
     same = [_boat_line(boat, name) for boat in boats if boat not in told]
     return [
         element("h1", verdict(diary)),
-        element("p", caution(diary), cls="lead"),
-        *[element("div", *(_boat_line(boat, name) for boat in told), cls="card")] * bool(told),
+        element("p.lead", caution(diary)),
+        *[card(*(_boat_line(boat, name) for boat in told))] * bool(told),
         *[folded(f"{len(same)} without a change", *same)] * bool(same),
     ]
 
@@ -323,7 +323,7 @@ def _named(boat: BoatRecord) -> Html:
 
 
 def _linked(boat: BoatRecord) -> Html:
-    return element("a", _named(boat), attributes={"href": f"#{_boat_anchor(boat)}"})
+    return element("a", _named(boat), href=f"#{_boat_anchor(boat)}")
 
 
 def _boat_line(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
@@ -375,11 +375,9 @@ def _boat_section(boat: BoatRecord, diary: DiaryFacts) -> Html:
     parts = (
         element("p", boat_sentences(boat)),
         figure(drawings, facts, cls="three"),
-        element(
-            "div", table(("parameter", "unit", "now, by boat and fleet", "95 % interval"), rows, "llrr"), cls="card"
-        ),
+        element("div.card", table(("parameter", "unit", "now, by boat and fleet", "95 % interval"), rows, "llrr")),
     )
     anchor = {"id": _boat_anchor(boat)}
     if boat.changes or differs_sentence(boat):
-        return element("section", element("h3", boat.boat), *parts, attributes=anchor)
-    return element("section", folded(boat.boat, *parts), attributes=anchor)
+        return element("section", element("h3", boat.boat), *parts, **anchor)
+    return element("section", folded(boat.boat, *parts), **anchor)

@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
-from ...comparison.facts import ComparedModel, Comparison, Domain, PairedRecord
+from ...comparison.facts import ROLLED, ComparedModel, Comparison, Domain, PairedRecord
 from ...comparison.failing.failures import Structure
 from ...discovery.findings import FailingPlace
 from ...physics.motion import AXES
@@ -23,8 +23,6 @@ MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell":
 FITTED_HERE = "*"
 """The mark of a model that was fitted to rows that are judged."""
 _STYLES = {"better": layout.GOOD, "worse": layout.BAD}
-_ROLLED = (*AXES, "position")
-
 Marks = Mapping[tuple[str, str, str | None, str], str]
 """Verdicts of differences by model, quantity, horizon and axis."""
 
@@ -33,8 +31,8 @@ def best_text(found: Comparison) -> RenderableType | None:
     """Which model to trust, why, and what it cannot do; None where nothing says so."""
     if not found.best.sentence:
         return None
-    weak = [layout.Prose(told, layout.BAD)] if (told := cannot(found)) else []
-    return layout.stacked([layout.Prose(found.best.sentence, style=f"bold {trust_style(found)}"), *weak])
+    weak = layout.Prose(told, layout.BAD) if (told := cannot(found)) else None
+    return layout.stacked([layout.Prose(found.best.sentence, style=f"bold {trust_style(found)}"), weak])
 
 
 def trust_style(found: Comparison) -> str:
@@ -57,14 +55,16 @@ def comparison_table(
     first = models[0].name
     verdicts = {(d.model, d.quantity, d.horizon, d.axis): d.verdict for d in differences if d.against == first}
     legend = _legend(set(verdicts.values()), first, any(model.fitted_here for model in models))
-    tables = [
-        layout.Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
-        _predictions(models, where, verdicts),
-        _beside(models),
-        *([_intervals(models)] if any(model.interval for model in models) else []),
-        *(layout.Prose(told) for model in models if (told := held_words(model.held, model.name))),
-    ]
-    return layout.stacked([legend, *tables] if legend else tables)
+    return layout.stacked(
+        [
+            legend,
+            _accelerations(models, where, verdicts),
+            _predictions(models, where, verdicts),
+            _laws_and_size(models),
+            _intervals(models),
+            *(layout.Prose(told) for model in models if (told := held_words(model.held, model.name))),
+        ]
+    )
 
 
 def notes_list(comparison: Comparison) -> RenderableType | None:
@@ -72,7 +72,7 @@ def notes_list(comparison: Comparison) -> RenderableType | None:
     names, notes = tuple(model.name for model in comparison.models), comparison.notes
     # A note may begin with the name of a model, which keeps its letters.
     texts = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
-    return layout.section("Notes", layout.bullets(texts)) if notes else None
+    return layout.section("Notes", layout.bullets(texts))
 
 
 def _legend(told: set[str], first: str, fitted: bool) -> RenderableType | None:
@@ -93,35 +93,36 @@ def _name(model: ComparedModel) -> Text:
     return Text(f"{model.name} {FITTED_HERE}" if model.fitted_here else model.name)
 
 
-def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks, mae: bool) -> Table:
-    errors = ("RMSE", "MAE") if mae else ("RMSE",)
-    heads = [f"{axis}\n{error}\n{unit_text(ACCELERATION_UNITS[axis])}" for error in errors for axis in AXES]
+def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks) -> RenderableType:
+    """The mean absolute errors are the first to go where it is narrow."""
+    heads = [f"{axis}\n{error}\n{unit_text(ACCELERATION_UNITS[axis])}" for error in ("RMSE", "MAE") for axis in AXES]
     heads += [f"{axis}\nR²" for axis in AXES]
-    table = layout.plain_table(f"Acceleration on {where}", columns=[_model_column(), *layout.number_columns(*heads)])
+    rows = []
     for model in models:
-        found, name = model.acceleration, model.name
-        cells = [_marked(found.rmse.of(axis), verdicts.get((name, "acceleration", None, axis))) for axis in AXES]
-        cells += [Text(number(found.mae.of(axis))) for axis in AXES] * mae
-        table.add_row(_name(model), *cells, *(Text(_share(found.r2.of(axis))) for axis in AXES))
-    return table
+        found, marks = model.acceleration, (verdicts.get((model.name, "acceleration", None, axis)) for axis in AXES)
+        errors = [_marked(found.rmse.of(axis), verdict) for axis, verdict in zip(AXES, marks, strict=True)]
+        means, shares = ([of(one.of(axis)) for axis in AXES] for of, one in ((number, found.mae), (_share, found.r2)))
+        rows.append((_name(model), *errors, *means, *shares))
+    columns, kept = [_model_column(), *layout.number_columns(*heads)], [range(10), (0, 1, 2, 3, 7, 8, 9)]
+    return layout.fitting(f"Acceleration on {where}", "", columns, rows, kept)
 
 
 def _predictions(models: Sequence[ComparedModel], where: str, verdicts: Marks) -> Table:
     horizons = sorted({key for model in models for key in model.rollout}, key=float)
     lost = any(error.diverged for model in models for error in model.rollout.values())
-    heads = [f"{axis}\n{ROLLOUT_UNITS[axis]}" for axis in _ROLLED] + ["diverged"] * lost
+    heads = [f"{axis}\n{ROLLOUT_UNITS[axis]}" for axis in ROLLED] + ["diverged"] * lost
     columns = [*layout.number_columns("ahead"), _model_column(), *layout.number_columns(*heads)]
     table = layout.plain_table(f"Predictions on {where}: root mean square errors", columns=columns)
     for horizon in horizons:
         for k, model in enumerate(models):
             error = model.rollout.get(horizon) or RolloutRecord()
-            cells = [_marked(error.of(a), verdicts.get((model.name, "rollout", horizon, a))) for a in _ROLLED]
-            cells += [Text(f"{error.diverged} of {'?' if error.starts is None else error.starts}")] * lost
-            table.add_row(f"{horizon} s" if k == 0 else "", _name(model), *cells, end_section=model is models[-1])
+            cells = [_marked(error.of(a), verdicts.get((model.name, "rollout", horizon, a))) for a in ROLLED]
+            ran = [f"{error.diverged} of {'?' if error.starts is None else error.starts}"] * lost
+            table.add_row(f"{horizon} s" * (k == 0), _name(model), *cells, *ran, end_section=model is models[-1])
     return table
 
 
-def _beside(models: Sequence[ComparedModel]) -> Table:
+def _laws_and_size(models: Sequence[ComparedModel]) -> Table:
     domains = [model.domain or Domain() for model in models]
     within, outside = domains[0].inside.rows, domains[0].outside.rows
     beyond = outside > 0
@@ -133,27 +134,25 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
     heads = ["numbers\nfitted", *["to fit\ns", "to evaluate\ns"] * timed]
     heads += [f"{axis}\noutside" for axis in AXES] * beyond
     columns = [_model_column(), *layout.word_columns("laws of\na hull"), *layout.number_columns(*heads)]
-    table = layout.plain_table("Laws, size and range", caption * beyond, columns)
-    for model, domain in zip(models, domains, strict=True):
-        cells = [Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")]
-        cells += [Text(number(model.parameters))]
-        if timed:
-            cells += [Text(number(s, 2, blank="")) for s in (model.seconds_to_fit, model.seconds_to_evaluate)]
-        if beyond:
-            cells += [Text(_ratio(domain, axis)) for axis in AXES]
-        table.add_row(_name(model), *cells)
-    return table
+    rows = [
+        (
+            _name(model),
+            Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else ""),
+            number(model.parameters),
+            *[number(s, 2, blank="") for s in (model.seconds_to_fit, model.seconds_to_evaluate) if timed],
+            *[_ratio(domain, axis) for axis in AXES if beyond],
+        )
+        for model, domain in zip(models, domains, strict=True)
+    ]
+    return layout.plain_table("Laws, size and range", caption * beyond, columns, rows)
 
 
-def _intervals(models: Sequence[ComparedModel]) -> Table:
+def _intervals(models: Sequence[ComparedModel]) -> Table | None:
     """What the intervals of networks hold of the judged rows; vehicles have none."""
     columns = [_model_column(), *layout.number_columns("holds", "holds\nbeyond")]
-    table = layout.plain_table("Intervals", INTERVAL_HOLDS, columns)
-    for model in models:
-        if model.interval:
-            sides = (model.interval.inside, model.interval.outside)
-            table.add_row(_name(model), *(Text(held_shares(side)) for side in sides))
-    return table
+    found = [(_name(model), model.interval) for model in models if model.interval]
+    rows = [(name, held_shares(one.inside), held_shares(one.outside)) for name, one in found]
+    return layout.plain_table("Intervals", INTERVAL_HOLDS, columns, rows) if rows else None
 
 
 def _model_column() -> Column:
@@ -201,9 +200,7 @@ def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
     first = structure[0]
     looks = (first.frequency, first.lag, first.heading, first.drift)
     pairs = [(axis, unit_text(told[axis].sentence)) for axis in AXES for told in looks if told[axis].verdict in _NEWS]
-    return (
-        layout.section(f"What the error of the {first.model} model is like", layout.glossary(pairs)) if pairs else None
-    )
+    return layout.section(f"What the error of the {first.model} model is like", layout.glossary(pairs))
 
 
 def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Table:
@@ -217,22 +214,24 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
     columns = [*layout.word_columns("model"), Column("where"), *layout.word_columns("axis")]
     columns += layout.number_columns("share of\nerror", "share of\ntime", "error\nthere")
     columns += layout.word_columns(*["removed by"] * (known and beside))
-    table = layout.plain_table(title, " ".join(filter(None, (whose, caption))), columns)
-    table.show_header = bool(places)
+    rows = []
     for place in places:
         removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
-        below = [] if beside or not removed else [f"removed by {', '.join(removed)}"]
-        if place.unlinked:
-            below.append(f"removed by: {place.unlinked}")
-        table.add_row(
-            Text(place.model),
-            Group(*map(layout.Prose, [place.where, *below])),
-            Text(place.axis),
-            percent(place.share_of_error),
-            percent(place.share_of_rows, blank=""),
-            Text("" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}"),
-            *[Text("\n".join(removed))] * (known and beside),
+        below = [f"removed by {', '.join(removed)}"] * (bool(removed) and not beside)
+        below += [f"removed by: {place.unlinked}"] * bool(place.unlinked)
+        rows.append(
+            (
+                place.model,
+                Group(*map(layout.Prose, [place.where, *below])),
+                place.axis,
+                percent(place.share_of_error),
+                percent(place.share_of_rows, blank=""),
+                "" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}",
+                *["\n".join(removed)] * (known and beside),
+            )
         )
+    table = layout.plain_table(title, " ".join(filter(None, (whose, caption))), columns, rows)
+    table.show_header = bool(places)
     return table
 
 
@@ -256,23 +255,23 @@ def control_tables(record: ControlRecord) -> RenderableType:
 
 
 def _table(record: ControlRecord, track: str) -> RenderableType:
-    rows = [result for result in record.results if result.track == track]
-    heads = ("error [m]", f"against {rows[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures")
+    results = [result for result in record.results if result.track == track]
+    heads = ("error [m]", f"against {results[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures")
     columns = [*layout.word_columns("model"), *(Column(head, justify="right") for head in heads)]
-    table = layout.plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", columns=columns)
-    for place, row in enumerate(rows):
-        figures = row.merit
-        table.add_row(
+    rows = [
+        (
             Text(row.model, style=layout.FOUND if row.model == PERFECT else ""),
-            f"{figures.rmse:.3f}",
+            f"{row.merit.rmse:.3f}",
             _against(row) if place else "",
-            f"{figures.effort:.2f}",
-            f"{100.0 * figures.off_lane:.0f} %",
-            f"{100.0 * figures.at_limit:.0f} %",
-            f"{figures.step:.1f}",
+            f"{row.merit.effort:.2f}",
+            f"{100.0 * row.merit.off_lane:.0f} %",
+            f"{100.0 * row.merit.at_limit:.0f} %",
+            f"{row.merit.step:.1f}",
             _failures(row),
         )
-    return table
+        for place, row in enumerate(results)
+    ]
+    return layout.plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", "", columns, rows)
 
 
 def _against(row: Tracking) -> Text:
@@ -282,8 +281,5 @@ def _against(row: Tracking) -> Text:
 
 
 def _failures(row: Tracking) -> Text:
-    if row.merit.lost:
-        return Text("lost", style=layout.BAD)
-    return Text(
-        str(row.merit.unsolved) if row.merit.unsolved else "none", style=layout.BAD if row.merit.unsolved else ""
-    )
+    text = "lost" if row.merit.lost else str(row.merit.unsolved or "none")
+    return Text(text, style=layout.BAD if text != "none" else "")

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
@@ -18,7 +18,7 @@ from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Rollo
 from .. import sureness, wording
 from ..page.outcome import gets_worse, opening_parts
 from . import layout
-from .comparison_screen import trust_style
+from .comparison_screen import ROLLED, trust_style
 
 VERDICT_STYLES = {
     "missing": layout.FOUND,
@@ -27,12 +27,7 @@ VERDICT_STYLES = {
     "cannot tell": layout.UNSURE,
     "no evidence": layout.ASIDE,
 }
-HEADLINE_STYLES = {
-    "missing": layout.FOUND,
-    "likely": layout.LIKELY,
-    "nothing missing": layout.GOOD,
-    "undecided": layout.UNSURE,
-}
+HEADLINE_STYLES = VERDICT_STYLES | {"nothing missing": layout.GOOD, "undecided": layout.UNSURE}
 
 _GAPS = ((" ", " "), ("\n", " "), ("\n", "\n"))
 """What parts the words of a table of effects, from wide to narrow; see `_effects_in`."""
@@ -71,12 +66,10 @@ def steps_table(
     """
     deciding = comparison.best.horizon if comparison else ""
     horizon = _horizon(steps, deciding)
-    alone = (
-        [m for m in comparison.models if m.name == wording.CALIBRATED and horizon in m.rollout] if comparison else []
-    )
+    models = comparison.models if comparison else ()
     calibrated = any(step.added == wording.CALIBRATED for step in steps)
     accelerations = [f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}" for axis in AXES]
-    rolled = [f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}" for axis in (*AXES, "position")]
+    rolled = [f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}" for axis in ROLLED]
     first = Column("model" if calibrated else "effect added", min_width=12)
     title = f"Error on held-out data: acceleration (acc.) and {horizon} s predictions"
     table = layout.plain_table(title, columns=[first, *layout.number_columns(*accelerations, *rolled)])
@@ -86,18 +79,17 @@ def steps_table(
         style = (layout.BAD if gets_worse(steps, deciding) else layout.GOOD) if index == len(steps) - 1 > 0 else ""
         named = wording.step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
         label = wording.OWN_NUMBERS if added == wording.CALIBRATED else named if added else "nominal model"
-        table.add_row(
-            Text(label, overflow="fold"), *_errors(step.acceleration_rmse, step.rollout(horizon)), style=style
-        )
-    for model in alone:
-        table.add_row(_ALONE, *_errors(model.acceleration.rmse, model.rollout[horizon]), style=layout.ASIDE)
+        errors = _errors(step.acceleration_rmse, step.rollout(horizon))
+        table.add_row(Text(label, overflow="fold"), *errors, style=style)
+    for model in models:
+        if model.name == wording.CALIBRATED and horizon in model.rollout:
+            table.add_row(_ALONE, *_errors(model.acceleration.rmse, model.rollout[horizon]), style=layout.ASIDE)
     return table
 
 
 def _errors(acceleration: ByAxis, rollout: RolloutRecord) -> list[str]:
     """The cells of a row of errors."""
-    cells = [number(acceleration.of(axis), 2) for axis in AXES]
-    return cells + [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
+    return [number(error, 2) for error in (*map(acceleration.of, AXES), *map(rollout.of, ROLLED))]
 
 
 def remaining_error(steps: Sequence[Step], deciding: str = "") -> str:
@@ -109,7 +101,7 @@ def remaining_error(steps: Sequence[Step], deciding: str = "") -> str:
     if len(steps) < 2 or not all(horizon in step.rollout_rmse for step in (steps[0], steps[-1])):
         return ""
     before, after = (step.rollout(horizon) for step in (steps[0], steps[-1]))
-    ratios = {axis: after.of(axis) / max(before.of(axis), 1e-12) for axis in (*AXES, "position")}
+    ratios = {axis: after.of(axis) / max(before.of(axis), 1e-12) for axis in ROLLED}
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
     larger = f" Larger than before: {listing(worse)}." if worse else ""
@@ -138,46 +130,58 @@ def added_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Render
     return _effects("Effects added, fitted together", sureness.in_order(candidates), nominal, _caption(candidates))
 
 
-def unnamed_table(terms: Sequence[FittedTerm]) -> Table:
+def unnamed_table(terms: Sequence[FittedTerm]) -> Table | None:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
-    columns = [
-        *layout.word_columns("axis"),
-        *layout.text_columns("form"),
-        *layout.word_columns("value", "95 % interval"),
+    columns = [*layout.word_columns("axis"), *layout.text_columns("form")]
+    columns += [*layout.word_columns("value", "95 % interval"), *layout.number_columns("selected in")]
+    rows = [
+        (
+            term.axis,
+            term.form,
+            f"{wording.within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip(),
+            _interval(term.ci95),
+            percent(term.inclusion, blank=""),
+        )
+        for term in terms
     ]
-    columns += layout.number_columns("selected in")
-    table = layout.plain_table("Terms without a name", "a term here is a hint, not a cause", columns)
-    for term in terms:
-        value = f"{wording.within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
-        cells = (term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank=""))
-        table.add_row(*map(Text, cells))
-    return table
+    caption = "a term here is a hint, not a cause"
+    return layout.plain_table("Terms without a name", caption, columns, rows) if rows else None
 
 
 def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
-    return layout.Fitting([_calibrated_in(rows, units) for units in (True, False)])
+    columns = [*layout.word_columns("parameter"), *layout.number_columns("before", "after")]
+    columns += layout.word_columns("95 % interval", "unit")
+    caption = "* held by the law of dissipation; the interval is the log's own" * any(row.held_by_law for row in rows)
+    cells = [
+        (
+            row.symbol,
+            number(row.before, 4),
+            _after(row) + "*" * row.held_by_law,
+            "at its limit" if row.at_limit else _interval(row.ci95),
+            unit_text(row.unit),
+        )
+        for row in rows
+    ]
+    return layout.fitting("Calibrated parameters", caption, columns, cells, [range(5), range(4)])
 
 
 def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] = ()) -> RenderableType | None:
     """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
-    pairs = [(item.symbol, item.why) for item in left]
-    parts: list[RenderableType] = [layout.section("Left as they were", layout.glossary(pairs))] if pairs else []
-    if absorbed:
-        parts.append(layout.Prose(wording.absorbed_sentence(absorbed)))
-    return layout.stacked(parts) if parts else None
+    kept = layout.section("Left as they were", layout.glossary((item.symbol, item.why) for item in left))
+    took_no_part = layout.Prose(wording.absorbed_sentence(absorbed)) if absorbed else None
+    return layout.stacked([kept, took_no_part]) if kept or took_no_part else None
 
 
-def energy_text(passivity: Passivity | None) -> RenderableType | None:
+def energy_text(passivity: Passivity | None) -> Group | None:
     """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
     if passivity is None:
         return None
-    return layout.section(
-        f"Energy: {wording.energy_verdict(passivity)}", layout.Prose(" ".join(wording.energy_lines(passivity)))
-    )
+    told = layout.Prose(" ".join(wording.energy_lines(passivity)))
+    return layout.section(f"Energy: {wording.energy_verdict(passivity)}", told)
 
 
-def missing_in_words(findings: Findings, nominal: Vehicle) -> RenderableType | None:
+def missing_in_words(findings: Findings, nominal: Vehicle) -> Group | None:
     """What each effect of the corrected model means, in a sentence; None when there is none.
 
     Of a number that the vehicle file has, what is wrong with it stands first.
@@ -187,13 +191,13 @@ def missing_in_words(findings: Findings, nominal: Vehicle) -> RenderableType | N
         wrong = [f"{one.told(minus='-')}." for one in sureness.file_numbers(item, nominal) if one.filed()]
         if told := " ".join([*wrong, unit_text(item.sentence)]).strip():
             pairs.append((wording.effect_words(item), told))
-    return layout.section("What the corrected model adds, in words", layout.glossary(pairs)) if pairs else None
+    return layout.section("What the corrected model adds, in words", layout.glossary(pairs))
 
 
-def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
+def sensors_list(sensors: Sequence[SensorError]) -> Group | None:
     """What the sensors and their record do wrong, in sentences; None where they do nothing."""
     told = [sensor.sentence for sensor in sensors if sensor.verdict != "no evidence"]
-    return layout.section("What the log does wrong", layout.bullets(told)) if told else None
+    return layout.section("What the log does wrong", layout.bullets(told))
 
 
 def not_judged(candidates: Sequence[EffectFinding]) -> str:
@@ -202,13 +206,13 @@ def not_judged(candidates: Sequence[EffectFinding]) -> str:
     return f"Could not be judged in this log: {listing(names)}." if names else ""
 
 
-def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
+def advice_list(advice: Sequence[Advice]) -> Group | None:
     """Manoeuvres that would settle what this log leaves open, each said once; None when there are none."""
     reasons: dict[str, list[str]] = {}
     for item in advice:
         reasons.setdefault(item.manoeuvre, []).append(item.why)
     lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
-    return layout.section("What to record next", layout.bullets(lines)) if lines else None
+    return layout.section("What to record next", layout.bullets(lines))
 
 
 def _caption(candidates: Sequence[EffectFinding]) -> str:
@@ -231,34 +235,23 @@ def _effects_in(
     told : its title and its caption
     gap, gap_in_heading : what stands between a value and its interval, and between two words of the last heading
     """
-    worth = layout.number_columns(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it")
     columns = [Column("effect", min_width=14), *layout.word_columns("verdict"), *layout.number_columns("sure")]
-    table = layout.plain_table(*told, [*columns, *layout.text_columns("value (95 %)"), *worth])
+    columns += layout.text_columns("value (95 %)")
+    columns += layout.number_columns(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it")
+    rows = []
     for item in candidates:
         verdict, others = sureness.verdict_word(item), wording.twins(item)
         numbers = sureness.file_numbers(item, nominal) if verdict != "no evidence" else ()
-        effect = wording.effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
-        table.add_row(
-            Text(effect),
-            Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
-            sureness.odds(item),
-            Text("\n".join(_value(one, gap) for one in numbers)),
-            sureness.comes_back(item),
+        rows.append(
+            (
+                wording.effect_words(item) + (f"\n(or {', '.join(others)})" if others else ""),
+                Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
+                sureness.odds(item),
+                "\n".join(_value(one, gap) for one in numbers),
+                sureness.comes_back(item),
+            )
         )
-    return table
-
-
-def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
-    held = any(row.held_by_law for row in rows)
-    columns = [*layout.word_columns("parameter"), *layout.number_columns("before", "after")]
-    columns += layout.word_columns("95 % interval", *["unit"] * units)
-    caption = "* held by the law of dissipation; the interval is the log's own" * held
-    table = layout.plain_table("Calibrated parameters", caption, columns)
-    for row in rows:
-        mark, limit = "*" if row.held_by_law else "", "at its limit" if row.at_limit else ""
-        cells = [row.symbol, number(row.before, 4), _after(row) + mark, limit or _interval(row.ci95)]
-        table.add_row(*map(Text, [*cells, *[unit_text(row.unit)] * units]))
-    return table
+    return layout.plain_table(*told, columns, rows)
 
 
 def _after(row: Calibrated) -> str:

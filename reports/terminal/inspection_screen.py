@@ -1,11 +1,10 @@
 """Screens of `inspect` and `init`: what a log holds, what its checks found, and the vehicle that it shows."""
 
-from collections.abc import Sequence
-from itertools import chain
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
@@ -21,9 +20,9 @@ from .layout import (
     BAD,
     GOOD,
     UNSURE,
-    Fitting,
     Prose,
     bullets,
+    fitting,
     number_columns,
     plain_table,
     section,
@@ -36,17 +35,17 @@ STYLES = {"defect": BAD, "warning": UNSURE, "note": "cyan", "cannot tell": ASIDE
 _TABLED = ("defect", "warning", "note")
 
 
-def quality_parts(findings: Sequence[Finding]) -> list[RenderableType]:
+def quality_parts(findings: Sequence[Finding]) -> list[RenderableType | None]:
     """Findings as sections: a table, what cannot be told, and what is fine."""
-    tabled = [item for verdict in _TABLED for item in findings if item.verdict == verdict]
-    parts: list[RenderableType] = []
-    if tabled:
-        parts.append(_table(tabled))
-    for verdict, title, style in (("cannot tell", "Cannot be told", ASIDE), ("ok", "Checked and sound", "")):
-        texts = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
-        if texts:
-            parts.append(section(title, bullets(texts, style)))
-    return parts
+
+    def told(verdict: Verdict) -> Iterator[str]:
+        return (f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict)
+
+    return [
+        _table([item for verdict in _TABLED for item in findings if item.verdict == verdict]),
+        section("Cannot be told", bullets(told("cannot tell"), ASIDE)),
+        section("Checked and sound", bullets(told("ok"))),
+    ]
 
 
 def style_of(findings: Sequence[Finding]) -> str:
@@ -55,18 +54,17 @@ def style_of(findings: Sequence[Finding]) -> str:
     return next((STYLES[verdict] for verdict in _TABLED[:2] if verdict in verdicts), STYLES["ok"])
 
 
-def _table(findings: Sequence[Finding]) -> Table:
+def _table(findings: Sequence[Finding]) -> Table | None:
+    if not findings:
+        return None
     count = sum(1 for item in findings if item.fix)
     caption = f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
     columns = [*word_columns("check"), Column("what was found, what follows, and what to do")]
     table = plain_table("Quality", caption, columns)
     for item in findings:
-        text = Table.grid()
-        text.add_row(Prose(item.told))
-        if item.remedy:
-            text.add_row(Prose(f"> {item.cure}{' (--fix does it)' if item.fix else ''}"))
+        remedy = [Prose(f"> {item.cure}{' (--fix does it)' if item.fix else ''}")] if item.remedy else []
         name = Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
-        table.add_row(name, text, end_section=True)
+        table.add_row(name, Group(Prose(item.told), *remedy), end_section=True)
     return table
 
 
@@ -89,29 +87,24 @@ def inspection_screen(inspection: Inspection, vehicle: Vehicle | None = None) ->
     """
     excitation, plan, quality = inspection.excitation, inspection.plan, inspection.quality
     length = f": {number(excitation.seconds)} s of usable motion" if excitation else ""
-    parts: list[RenderableType] = [Prose(f"{inspection.path}{length}")]
-    if inspection.verdict:
-        parts.append(Prose(inspection.verdict, BAD if plan.missing else style_of(quality)))
-    parts += quality_parts(quality)
+    style = BAD if plan.missing else style_of(quality)
+    whose = f" for {vehicle.name}" if vehicle else ""
     if plan.missing:
-        title = f"Not usable for {vehicle.name}, because" if vehicle else "Not usable, because"
-        parts.append(section(title, bullets(plan.missing), style=BAD))
+        done = section(f"Not usable{whose}, because", bullets(plan.missing), style=BAD)
     else:
-        title = f"What undertow would do with it for {vehicle.name}" if vehicle else "What undertow would do with it"
-        parts.append(section(title, bullets(_plan(inspection, vehicle))))
-    notes = [bullets(texts, style) for texts, style in _notes(inspection) if texts]
-    if notes:
-        parts.append(section("Notes", *notes))
-    if excitation:
-        sentences = [bullets(texts, style) for texts, style in _excitation(excitation, bool(quality)) if texts]
-        parts.append(section("What the boat did", *sentences))
-    compared = [item.sentence for item in inspection.alignment]
-    if compared and not quality:
-        late, in_step = ([_sentence(t) for t in compared if ("in step" in t) is fine] for fine in (False, True))
-        lists = [bullets(texts, style) for texts, style in ((late, UNSURE), (in_step, "")) if texts]
-        parts.append(section("Time alignment", *lists))
-    if inspection.channels:
-        parts.append(_channels(inspection.channels))
+        done = section(f"What undertow would do with it{whose}", bullets(_plan(inspection, vehicle)))
+    compared = [item.sentence for item in inspection.alignment if not quality]
+    late, in_step = ([_sentence(t) for t in compared if ("in step" in t) is fine] for fine in (False, True))
+    parts = [
+        Prose(f"{inspection.path}{length}"),
+        Prose(inspection.verdict, style) if inspection.verdict else None,
+        *quality_parts(quality),
+        done,
+        section("Notes", *(bullets(texts, style) for texts, style in _notes(inspection))),
+        _excitation(excitation, bool(quality)) if excitation else None,
+        section("Time alignment", bullets(late, UNSURE), bullets(in_step)),
+        _channels(inspection.channels) if inspection.channels else None,
+    ]
     return stacked(parts)
 
 
@@ -120,32 +113,27 @@ def fixed_text(inspection: Inspection) -> RenderableType | None:
     fixed = inspection.fixed
     if fixed is None:
         return None
-    done = fixed.done or ["nothing had to be put right"]
-    parts = [section(f"Written to {fixed.path}", bullets(done))]
-    if fixed.left:
-        parts.append(section("Not put right; the remedies above tell how", bullets(fixed.left, UNSURE)))
-    return stacked(parts)
+    done = section(f"Written to {fixed.path}", bullets(fixed.done or ["nothing had to be put right"]))
+    return stacked([done, section("Not put right; the remedies above tell how", bullets(fixed.left, UNSURE))])
 
 
 def inspections_screen(inspections: Inspections) -> RenderableType:
     """Several inspections: what the logs show together, then a line for each."""
     logs, quality = inspections.logs, inspections.quality or ()
     seconds = sum(log.excitation.seconds for log in logs if log.excitation)
-    parts: list[RenderableType] = [Prose(f"{len(logs)} logs together: {number(seconds)} s of usable motion")]
-    parts.append(Prose(str(inspections.verdict), style_of(quality)))
-    parts += quality_parts(quality)
     columns = [*text_columns("log"), *number_columns("seconds"), *map(Column, _COLUMNS)]
-    table = plain_table("Each log by itself", "inspect one LOG for all about it", columns)
+    rows = []
     for log in logs:
-        checks = [
-            Prose(", ".join(dict.fromkeys(f.check for f in log.quality if f.verdict == verdict)))
-            for verdict in _COLUMNS
-        ]
+        checks = [dict.fromkeys(f.check for f in log.quality if f.verdict == verdict) for verdict in _COLUMNS]
         usable = number(log.excitation.seconds, blank="none") if log.excitation else "none"
-        table.add_row(Text(Path(log.path).name), usable, *checks)
-    parts.append(table)
-    if inspections.notes:
-        parts.append(section("Notes", bullets(inspections.notes)))
+        rows.append((Path(log.path).name, usable, *(Prose(", ".join(names)) for names in checks)))
+    parts = [
+        Prose(f"{len(logs)} logs together: {number(seconds)} s of usable motion"),
+        Prose(str(inspections.verdict), style_of(quality)),
+        *quality_parts(quality),
+        plain_table("Each log by itself", "inspect one LOG for all about it", columns, rows),
+        section("Notes", bullets(inspections.notes)),
+    ]
     return stacked(parts)
 
 
@@ -203,55 +191,39 @@ def _by_topic(names: Sequence[str]) -> str:
     )
 
 
-def _excitation(excitation: Excitation, told: bool) -> list[tuple[Sequence[str], str]]:
+def _excitation(excitation: Excitation, told: bool) -> Group | None:
     """Facts, and what they do not show unless the checks have `told` it."""
-    ranges = [
-        f"{name} {number(low, 2)} to {number(high, 2)} {unit}"
-        for (low, high), name, unit in (
-            (excitation.u, "surge", "m/s"),
-            (excitation.v, "sway", "m/s"),
-            (excitation.r, "yaw rate", "rad/s"),
-        )
-    ]
+    speeds = (("surge", excitation.u, "m/s"), ("sway", excitation.v, "m/s"), ("yaw rate", excitation.r, "rad/s"))
+    ranges = [f"{name} {number(low, 2)} to {number(high, 2)} {unit}" for name, (low, high), unit in speeds]
     shares = [
         f"astern {percent(excitation.astern)}",
         f"turning to starboard {percent(excitation.turning_to_starboard)}",
         f"turning to port {percent(excitation.turning_to_port)}",
     ]
     facts = [f"Speeds: {', '.join(ranges)}.", f"Share of the time: {', '.join(shares)}."]
-    return [(facts, ""), (() if told else excitation.sentences, UNSURE)]
+    return section("What the boat did", bullets(facts), bullets(() if told else excitation.sentences, UNSURE))
 
 
 def _channels(channels: Sequence[ChannelSummary]) -> RenderableType:
     """The channels in one table; at a narrow width without noise, then without unit, rate and gaps."""
-    has_gaps = any(channel.gaps for channel in channels)
-    gaps = ("gaps", "longest") if has_gaps else ()
-    every = (
-        ("unit", "rows", "rate", *gaps, "range", "noise"),
-        ("unit", "rows", "rate", *gaps, "range"),
-        ("rows", *gaps, "range"),
-        ("range",),
-    )
-    without_gaps = "" if has_gaps else "no gaps"
-    return Fitting([_channel_table(channels, columns, without_gaps) for columns in every])
-
-
-def _channel_table(channels: Sequence[ChannelSummary], columns: Sequence[str], caption: str) -> Table:
-    heads = {"rate": "rate\nHz", "longest": "longest\ngap s"}
-    facts = [(word_columns if name == "unit" else number_columns)(heads.get(name, name)) for name in columns]
-    table = plain_table("Channels", caption, [*text_columns("channel"), *chain(*facts)])
-    for channel in channels:
-        cells = {
-            "unit": unit_text(channel.unit),
-            "rows": number(channel.count),
-            "rate": number(channel.rate, blank=""),
-            "gaps": number(channel.gaps),
-            "longest": number(channel.longest_gap, blank=""),
-            "range": f"{number(channel.minimum)} to {number(channel.maximum)}",
-            "noise": number(channel.noise, 2, blank=""),
-        }
-        table.add_row(Text(channel.name), *(Text(cells[column]) for column in columns))
-    return table
+    columns = [*text_columns("channel"), *word_columns("unit"), *number_columns("rows", "rate\nHz", "gaps")]
+    columns += number_columns("longest\ngap s", "range", "noise")
+    rows = [
+        (
+            Text(channel.name),
+            unit_text(channel.unit),
+            number(channel.count),
+            number(channel.rate, blank=""),
+            number(channel.gaps),
+            number(channel.longest_gap, blank=""),
+            f"{number(channel.minimum)} to {number(channel.maximum)}",
+            number(channel.noise, 2, blank=""),
+        )
+        for channel in channels
+    ]
+    gaps = (4, 5) if any(channel.gaps for channel in channels) else ()
+    kept = [(0, 1, 2, 3, *gaps, 6, 7), (0, 1, 2, 3, *gaps, 6), (0, 2, *gaps, 6), (0, 6)]
+    return fitting("Channels", "" if gaps else "no gaps", columns, rows, kept)
 
 
 def _tenths(seconds: float) -> str:
@@ -280,41 +252,41 @@ _HULL = ("mass", "inertia_z", "X_udot", "Y_vdot", "N_rdot", "X_u", "Y_v", "N_r")
 _UNITS = {"mass": "kg", "inertia_z": "kg m^2"}
 
 
-def init_screen(vehicle: Vehicle, thrusters: Sequence[DetectedThruster], doubts: Sequence[str]) -> list[RenderableType]:
+def init_screen(
+    vehicle: Vehicle, thrusters: Sequence[DetectedThruster], doubts: Sequence[str]
+) -> list[RenderableType | None]:
     """Thrusters, numbers of the hull with their sources, and what nobody told and no log shows."""
-    parts: list[RenderableType] = [_thrusters(vehicle, thrusters), _hull(vehicle)]
-    return [*parts, section("To look at", bullets(doubts), style=f"bold {UNSURE}")] if doubts else parts
+    return [
+        _thrusters(vehicle, thrusters),
+        _hull(vehicle),
+        section("To look at", bullets(doubts), style=f"bold {UNSURE}"),
+    ]
 
 
 def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table:
     columns = [*word_columns("thruster", "side"), Column("told by")]
     columns += [Column(title, justify="right") for title in ("full astern", "neutral", "full ahead")]
     columns += [*word_columns("unit"), Column("N ahead", justify="right")]
-    table = plain_table("Thrusters", columns=columns)
+    rows = []
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
         text = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
         if one.turned and one.read_as == one.channel:
             text = "log; turned round"
-        ends = (one.output.astern, one.output.neutral, one.output.ahead)
-        full = built.curve.thrust(np.array([one.output.ahead]), built.command)
-        table.add_row(
-            one.name,
-            one.side or "?",
-            text if one.by_log else "name",
-            *(number(end, 4) for end in ends),
-            unit_text(unit_of(one.channel)),
-            number(float(full[0])),
-        )
-    return table
+        ends = [number(end, 4) for end in (one.output.astern, one.output.neutral, one.output.ahead)]
+        full = number(float(built.curve.thrust(np.array([one.output.ahead]), built.command)[0]))
+        by = text if one.by_log else "name"
+        rows.append((one.name, one.side or "?", by, *ends, unit_text(unit_of(one.channel)), full))
+    return plain_table("Thrusters", "", columns, rows)
 
 
 def _hull(vehicle: Vehicle) -> Table:
     columns = [*word_columns(""), Column("value", justify="right"), *word_columns("unit"), Column("where it is from")]
-    table = plain_table("Hull", columns=columns)
-    for symbol in _HULL:
-        unit = _UNITS.get(symbol) or vehicle.parameter(symbol).unit
-        table.add_row(symbol, number(vehicle.value(symbol)), unit_text(unit), Prose(_source(vehicle, symbol)))
-    return table
+    units = {symbol: _UNITS.get(symbol) or vehicle.parameter(symbol).unit for symbol in _HULL}
+    rows = [
+        (symbol, number(vehicle.value(symbol)), unit_text(unit), Prose(_source(vehicle, symbol)))
+        for symbol, unit in units.items()
+    ]
+    return plain_table("Hull", "", columns, rows)
 
 
 def _source(vehicle: Vehicle, symbol: str) -> str:

@@ -21,9 +21,9 @@ _STYLES = {"pass": layout.GOOD, "fail": layout.BAD, "noted": layout.UNSURE, "n/a
 _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
 
 
-def audit_screen(audit: Audit) -> list[RenderableType]:
+def audit_screen(audit: Audit) -> list[RenderableType | None]:
     """The table of laws, and the sentences: first what is broken, then the rest."""
-    return [layout.Fitting([_table(audit, full) for full in (True, False)]), *_words(audit)]
+    return [_table(audit), *_words(audit)]
 
 
 def headline(audit: Audit) -> str:
@@ -42,18 +42,22 @@ def _verdict(ruling: Ruling) -> str:
     return "noted" if ruling.verdict == "fail" and not ruling.counts else ruling.verdict
 
 
-def _table(audit: Audit, full: bool) -> Table:
+def _table(audit: Audit) -> RenderableType:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
     caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
-    last = layout.word_columns(*["worst case"] * full, "proof")
-    columns = [*layout.word_columns("law", "verdict"), *layout.number_columns("margin"), *last]
-    table = layout.plain_table(f"Laws: {audit.verdict}", caption, columns)
-    for ruling in audit.rulings:
-        verdict = _verdict(ruling)
-        cells = [ruling.law, Text(verdict, style=_STYLES[verdict]), _margin(ruling)]
-        cells += [_place(ruling)] if full else []
-        table.add_row(*cells, "" if ruling.proof == "none" else ruling.proof)
-    return table
+    columns = [*layout.word_columns("law", "verdict"), *layout.number_columns("margin")]
+    columns += layout.word_columns("worst case", "proof")
+    rows = [
+        (
+            ruling.law,
+            Text(_verdict(ruling), style=_STYLES[_verdict(ruling)]),
+            _margin(ruling),
+            _place(ruling),
+            "" if ruling.proof == "none" else ruling.proof,
+        )
+        for ruling in audit.rulings
+    ]
+    return layout.fitting(f"Laws: {audit.verdict}", caption, columns, rows, [range(5), (0, 1, 2, 4)])
 
 
 def _margin(ruling: Ruling) -> str:
@@ -72,18 +76,17 @@ def _place(ruling: Ruling) -> str:
     return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in STATE_UNITS)
 
 
-def _words(audit: Audit) -> list[RenderableType]:
+def _words(audit: Audit) -> list[RenderableType | None]:
     """Sentences of the laws that are broken, in bold, and of the rest."""
-    broken = [r for r in audit.rulings if r.verdict == "fail"]
     told = []
-    for r in broken:
+    for r in (r for r in audit.rulings if r.verdict == "fail"):
         often = f" ({percent(r.share)} of what was tried)" if r.share and r.share > 0 else ""
         told.append(f"{r.law}: {r.sentence}{often}")
-    others = [r.sentence for r in audit.rulings if r.verdict == "pass"]
-    parts: list[RenderableType] = [layout.section("What is broken", layout.bullets(told))] if told else []
-    if others:
-        parts.append(layout.section("What holds", layout.bullets(others)))
-    return [*parts, *(layout.Prose(note) for note in audit.notes)]
+    return [
+        layout.section("What is broken", layout.bullets(told)),
+        layout.section("What holds", layout.bullets(r.sentence for r in audit.rulings if r.verdict == "pass")),
+        *map(layout.Prose, audit.notes),
+    ]
 
 
 _MOST = 3
@@ -105,13 +108,20 @@ def limits_table(found: HeldLimits) -> RenderableType:
     told = any(one.told for one in found.limits)
     columns = [*layout.text_columns("error", "axis"), *layout.number_columns("measured", "limit", "of it")]
     columns += [*layout.word_columns("unit", "holds"), *layout.text_columns(*[""] * told)]
-    table = layout.plain_table("", columns=columns)
-    for one in found.limits:
-        holds = Text("yes", style=layout.GOOD) if one.holds else Text("NO", style=layout.BAD)
-        share = percent(one.measured / one.limit) if one.limit > 0.0 else ""
-        cells = [what(one), one.axis, number(one.measured), number(one.limit), share, unit_text(one.unit)]
-        table.add_row(*cells, holds, *[one.told] * told)
-    return table
+    rows = [
+        (
+            what(one),
+            one.axis,
+            number(one.measured),
+            number(one.limit),
+            percent(one.measured / one.limit) if one.limit > 0.0 else "",
+            unit_text(one.unit),
+            Text("yes", style=layout.GOOD) if one.holds else Text("NO", style=layout.BAD),
+            *[one.told] * told,
+        )
+        for one in found.limits
+    ]
+    return layout.plain_table("", "", columns, rows)
 
 
 def what(one: HeldLimit) -> str:
@@ -251,12 +261,12 @@ def _ends(values: Array) -> str:
 
 def distilled_table(found: Distilled) -> RenderableType:
     """The headline, the share explained by axis, the effects with their values, and what remains in words."""
-    parts: list[RenderableType] = [layout.Prose(found.headline, "bold")]
-    if any(axis.matters for axis in found.axes):
-        parts.append(_shares(found))
-    if found.effects or found.unnamed:
-        parts.append(_effects(found))
-    parts.append(layout.section("What remains", layout.bullets([axis.sentence for axis in found.axes])))
+    parts = [
+        layout.Prose(found.headline, "bold"),
+        _shares(found) if any(axis.matters for axis in found.axes) else None,
+        _effects(found) if found.effects or found.unnamed else None,
+        layout.section("What remains", layout.bullets(axis.sentence for axis in found.axes)),
+    ]
     return layout.stacked(parts)
 
 
@@ -265,12 +275,16 @@ def _shares(found: Distilled) -> Table:
     more = traded if any(axis.traded for axis in found.axes) else ""
     shares = layout.number_columns("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
     caption = f"along {found.seconds:.0f} s of motion{more}"
-    table = layout.plain_table("Share of the correction explained", caption, [*layout.word_columns("axis"), *shares])
-    for axis in found.axes:
-        explained = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
-        size = f"{number(axis.correction, 2)} {axis.unit}"
-        table.add_row(axis.axis, size, *map(_explained, explained))
-    return table
+    rows = [
+        (
+            axis.axis,
+            f"{number(axis.correction, 2)} {axis.unit}",
+            *map(_explained, (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)),
+        )
+        for axis in found.axes
+    ]
+    columns = [*layout.word_columns("axis"), *shares]
+    return layout.plain_table("Share of the correction explained", caption, columns, rows)
 
 
 def _explained(share: float | None) -> str:
@@ -279,14 +293,13 @@ def _explained(share: float | None) -> str:
 
 def _effects(found: Distilled) -> Table:
     columns = [*layout.text_columns("effect"), *layout.word_columns("verdict", "value", "95 % interval")]
-    table = layout.plain_table("What it holds", columns=columns)
-    rows = [(words(part.effect), part.verdict, part.terms) for part in found.effects]
-    rows += [(term.symbol, "unnamed", (term,)) for term in found.unnamed]
-    for name, verdict, terms in rows:
+    held = [(words(part.effect), part.verdict, part.terms) for part in found.effects]
+    held += [(term.symbol, "unnamed", (term,)) for term in found.unnamed]
+    rows = []
+    for name, verdict, terms in held:
         for k, term in enumerate(terms):
             ends = f"{number(term.ci95.lower)} to {number(term.ci95.upper)}" if term.ci95 else ""
-            value = f"{term.symbol} {number(term.value)} {unit_text(term.unit)}".rstrip()
-            if verdict == "unnamed":
-                value = f"{number(term.value)} {unit_text(term.unit)}".rstrip()
-            table.add_row(*map(Text, (name if k == 0 else "", verdict if k == 0 else "", value, ends)))
-    return table
+            amount = f"{number(term.value)} {unit_text(term.unit)}".rstrip()
+            value = amount if verdict == "unnamed" else f"{term.symbol} {amount}"
+            rows.append((name * (k == 0), verdict * (k == 0), value, ends))
+    return layout.plain_table("What it holds", "", columns, rows)

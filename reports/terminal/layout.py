@@ -79,9 +79,11 @@ def text_columns(*titles: str) -> list[Column]:
     return [Column(title, overflow="fold") for title in titles]
 
 
-def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -> Table:
-    """An empty table in the house's style."""
-    return Table(
+def plain_table(
+    title: str, caption: str = "", columns: Sequence[Column] = (), rows: Iterable[Sequence[RenderableType]] = ()
+) -> Table:
+    """A table in the house's style; a row has a cell for each column."""
+    table = Table(
         *columns,
         title=Text(title, style="bold") if title else None,
         caption=Text(caption, style="dim") if caption else None,
@@ -93,34 +95,39 @@ def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -
         title_justify="left",
         caption_justify="left",
     )
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
-def bullets(texts: Sequence[str], style: str = "") -> Table:
+def bullets(texts: Iterable[str], style: str = "") -> Table:
     """Sentences, one below the other, wrapped and indented."""
-    grid = Table.grid(padding=(0, 1))
-    grid.add_column(no_wrap=True)
-    for text in texts:
-        grid.add_row("-", Prose(text, style))
-    return grid
+    return _grid(1, [("-", Prose(text, style)) for text in texts])
 
 
-def glossary(pairs: Sequence[tuple[str, str]]) -> Table:
+def glossary(pairs: Iterable[tuple[str, str]]) -> Table:
     """Names with a sentence each."""
-    grid = Table.grid(padding=(0, 2))
+    return _grid(2, [(Text(name, style="bold"), Prose(sentence)) for name, sentence in pairs])
+
+
+def _grid(gap: int, rows: Iterable[Sequence[RenderableType]]) -> Table:
+    grid = Table.grid(padding=(0, gap))
     grid.add_column(no_wrap=True)
-    for name, sentence in pairs:
-        grid.add_row(Text(name, style="bold"), Prose(sentence))
+    for row in rows:
+        grid.add_row(*row)
     return grid
 
 
-def section(title: str, *parts: RenderableType, style: str = "bold") -> Group:
-    """A heading and what belongs under it."""
-    return Group(Text(title, style=style), *parts)
+def section(title: str, *parts: Table | Prose | None, style: str = "bold") -> Group | None:
+    """A heading and what belongs under it; None where no part has a row."""
+    filled = [part for part in parts if part is not None and (isinstance(part, Prose) or part.row_count)]
+    return Group(Text(title, style=style), *filled) if filled else None
 
 
-def stacked(parts: Sequence[RenderableType]) -> Group:
-    """Sections below one another, a blank line between them."""
-    return Group(*(part for index, each in enumerate(parts) for part in ([Text(), each] if index else [each])))
+def stacked(parts: Iterable[RenderableType | None]) -> Group:
+    """Sections below one another, a blank line between them; None is passed over."""
+    filled = [part for part in parts if part is not None]
+    return Group(*(part for index, each in enumerate(filled) for part in ([Text(), each] if index else [each])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +142,21 @@ class Fitting:
         widths = (console.measure(table, options=free).maximum for table in self.tables)
         fitting = (table for table, width in zip(self.tables, widths, strict=True) if width <= options.max_width)
         yield next(fitting, self.tables[-1])
+
+
+def fitting(
+    title: str,
+    caption: str,
+    columns: Sequence[Column],
+    rows: Iterable[Sequence[RenderableType]],
+    kept: Iterable[Sequence[int]],
+) -> Fitting:
+    """A table with fewer of its columns where it is narrow.
+
+    Parameters
+    ----------
+    kept : places of the columns of each of the tables that are tried, from full to bare
+    """
+    filled = list(rows)
+    some = [([columns[k].copy() for k in places], [[row[k] for k in places] for row in filled]) for places in kept]
+    return Fitting([plain_table(title, caption, *one) for one in some])

@@ -66,7 +66,7 @@ def test_nothing_raw_reaches_the_terminal(capsys):
 
 
 def test_nothing_raw_reaches_the_page():
-    text = element("p", f"<script>{HOSTILE}", attributes={"title": f'"{HOSTILE}'})
+    text = element("p", f"<script>{HOSTILE}", title=f'"{HOSTILE}')
     assert not RAW.search(text)
     assert "<script>" not in text
     assert text.encode("utf-8")

@@ -10,7 +10,7 @@ from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Roll
 from ... import wording
 from ...run_contents import MARKS, RunFolder, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from ..figures.model_figures import trust
-from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
+from ..markup import Html, card, details, element, figure, folded, lines, paragraphs, render, table
 from .base import Chapter, Section
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
@@ -196,7 +196,7 @@ def _differences(differences: Sequence[PairedRecord]) -> list[Html]:
         "Blocks: how many stretches of the log, each drawn as a whole, the interval rests on; on two or three it is "
         'rough. "No difference" is one that cannot be told on these rows, not equality.'
     )
-    return [element("p", note, cls="facts"), table(head, rows, "lllrrlr")]
+    return [element("p.facts", note), table(head, rows, "lllrrlr")]
 
 
 def _marked(value: str, told: PairedRecord | None) -> str:
@@ -204,7 +204,7 @@ def _marked(value: str, told: PairedRecord | None) -> str:
     if told is None or not sign:
         return value
     cls = {"better": "mark better", "worse": "mark worse"}.get(told.verdict, "mark")
-    return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))
+    return render(value, " ", element("span", sign, cls=cls, title=told.verdict))
 
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
@@ -229,13 +229,13 @@ def laws(run: RunFolder) -> Section | None:
     parts: list[Html] = []
     if broken:
         head = ("model", "broken law", "worst value", "in words, and the state in which it was found")
-        parts += [element("h3", "Counterexamples"), element("div", table(head, broken, "llrl"), cls="wordy")]
+        parts += [element("h3", "Counterexamples"), element("div.wordy", table(head, broken, "llrl"))]
     else:
         parts.append(element("p", f"{listing(list(judged))}: no law that counts is broken."))
     for name, told in judged.items():
         opened = {"open": "open"} if name == "corrected" else {}
         summary = element("summary", f"all laws, {name} model")
-        parts.append(element("details", summary, _table(told, units), attributes=opened))
+        parts.append(element("details", summary, _table(told, units), **opened))
     notes = [] if audit is None else [_asked(audit)]
     notes.append("Margins are distances from breaking a law. What is searched is not proved.")
     if any(law.outcome == "noted" for told in judged.values() for law in told):
@@ -245,7 +245,7 @@ def laws(run: RunFolder) -> Section | None:
     own = [law.outcome for law in judged.get("corrected") or []]
     verdict = (audit.verdict if audit else "") or ("fail" if "fail" in own else "pass" if own else "")
     title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")
-    return Section(f"Laws of a hull{title}", element("div", *parts, cls="card"))
+    return Section(f"Laws of a hull{title}", card(*parts))
 
 
 def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
@@ -268,7 +268,7 @@ def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
         "how it is known",
         "in words, and where it is nearest to breaking",
     )
-    return element("div", table(head, rows, "llrrll"), cls="wordy")
+    return element("div.wordy", table(head, rows, "llrrll"))
 
 
 def _ordered(told: Sequence[RulingRecord]) -> list[RulingRecord]:

@@ -14,7 +14,7 @@ from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ...sureness import known_intervals, vehicle_value
 from ...wording import absorbed_sentence, energy_lines, energy_verdict, interval, trimmed
-from ..markup import Html, details, element, paragraphs, render, table
+from ..markup import Html, bullets, card, details, element, paragraphs, render, table
 from .base import Chapter, Section
 
 Intervals = Mapping[str, tuple[float, float]]
@@ -40,8 +40,7 @@ def equations(run: RunFolder) -> Section:
         notes.append(f"No longer there: {listing(removed)}.")
     beside = _beside(run, ends)
     return Section(
-        "The corrected model in equations",
-        element("div", *cards, *beside, *paragraphs(notes), cls="card balances"),
+        "The corrected model in equations", element("div.card balances", *cards, *beside, *paragraphs(notes))
     )
 
 
@@ -50,14 +49,9 @@ def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
     inertia, force = (
         [_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in (line.inertia, line.force)
     )
-    equals, nothing = (
-        element("span", mathml.formula(one), cls="term") for one in (mathml.sign("="), mathml.number("0"))
-    )
+    equals, nothing = (element("span.term", mathml.formula(one)) for one in (mathml.sign("="), mathml.number("0")))
     parts = [*inertia, equals, *(force or [nothing])]
-    return render(
-        element("h3", title),
-        element("div", *parts, cls="balance", attributes={"role": "math", "aria-label": spoken(line)}),
-    )
+    return render(element("h3", title), element("div.balance", *parts, role="math", aria_label=spoken(line)))
 
 
 def spoken(line: Balance) -> str:
@@ -114,7 +108,7 @@ def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
     if not rows:
         return []
     head = ("within the terms", "value", "95 % interval", "", "what it does")
-    return [element("h3", "Thrust, water and memory"), element("div", table(head, rows, "lrrll"), cls="wordy")]
+    return [element("h3", "Thrust, water and memory"), element("div.wordy", table(head, rows, "lrrll"))]
 
 
 def _amount(vehicle: Vehicle, symbol: str) -> str:
@@ -154,7 +148,7 @@ def parameter_table(run: RunFolder) -> Section:
     if same:
         kept = table(("symbol", "value", "unit"), same, "lrl")
         inner.append(details(f"{len(same)} parameters kept as they were", kept))
-    return Section("Corrected parameters", element("div", *inner, cls="card"))
+    return Section("Corrected parameters", card(*inner))
 
 
 def calibrated(run: RunFolder) -> Section | None:
@@ -181,8 +175,8 @@ def calibrated(run: RunFolder) -> Section | None:
         "that is missing."
     )
     head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
-    inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *bullets(notes)]
-    return Section("Calibrated parameters", element("div", *inner, cls="card"))
+    inner = [element("p.facts", text), table(head, rows, "lrrll"), *bullets(notes)]
+    return Section("Calibrated parameters", card(*inner))
 
 
 def energy(run: RunFolder) -> Section | None:
@@ -191,8 +185,7 @@ def energy(run: RunFolder) -> Section | None:
     if passivity is None:
         return None
     return Section(
-        f"Energy: {energy_verdict(passivity)}",
-        element("div", *(element("p", text) for text in energy_lines(passivity)), cls="card"),
+        f"Energy: {energy_verdict(passivity)}", card(*(element("p", text) for text in energy_lines(passivity)))
     )
 
 
@@ -215,7 +208,7 @@ def data(run: RunFolder) -> Section:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
         inner.append(details(f"inspection of {inspection.path}", *_tree(inspection)))
-    return Section("The log", element("div", *inner, cls="card"))
+    return Section("The log", card(*inner))
 
 
 def _unit(vehicle: Vehicle, symbol: str) -> str:
@@ -234,11 +227,6 @@ def plain(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(map(plain, value))
     return "n/a" if value is None else str(value)
-
-
-def bullets(texts: list[str]) -> list[Html]:
-    """A list of sentences; nothing for none."""
-    return [element("ul", *(element("li", text) for text in texts))] if texts else []
 
 
 def _quality(inspections: Sequence[Inspection]) -> Html:
@@ -311,7 +299,7 @@ def made(run: RunFolder) -> Section:
     if demands:
         parts += [element("p", element("b", "Demanded of an effect")), *bullets(demands)]
     parts.append(details("files and the start of their SHA-256", table(("file", "digest"), files, "ll")))
-    return Section("How this was made", element("footer", *parts, cls="card"))
+    return Section("How this was made", element("footer.card", *parts))
 
 
 PARAMETER_TABLE = Chapter(90, parameter_table, folded=True)

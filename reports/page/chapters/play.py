@@ -86,7 +86,7 @@ def play(run: RunFolder) -> Section | None:
         "unit": led.unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
+    stored = element("script", Html(numbers), type="application/json", id="play-data")
     unseen = (
         " Each part of the log is predicted by the model that was fitted without it, and a slider moves the number of "
         "each of these models in proportion."
@@ -97,30 +97,27 @@ def play(run: RunFolder) -> Section | None:
         f"the top of the page, with a prediction every {SPACING:g} s.{unseen}"
     )
     stage = element(
-        "div",
+        "div.stage",
         legend(("measured", "before", "yours")),
         _canvas("track", "The track from above, measured, before and by your values"),
         _canvas("time", "Speeds over time, measured, before and by your values"),
-        element("div", _PLAYER, cls="window"),
-        element("p", Html("&nbsp;"), cls="where", attributes={"data-play": "where"}),
-        cls="stage",
+        element("div.window", _PLAYER),
+        element("p.where", Html("&nbsp;"), data_play="where"),
     )
     side = element(
-        "div",
+        "div.desk",
         element(
-            "div",
+            "div.knobs",
             _error(f"{led.in_words}{judged.some}"),
             *map(_knob, knobs[:_AT_ONCE]),
             *_folded(knobs[_AT_ONCE:]),
-            cls="knobs",
         ),
-        element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
-        cls="desk",
+        element("div.buttons", _button("all-before", "Before"), _button("all-after", "After")),
     )
-    box = element("figure", element("div", side, stage, cls="board"), element("figcaption", caption), cls="card")
+    box = element("figure.card", element("div.board", side, stage), element("figcaption", caption))
     text = "Sliders for what was added stand here where scripts may run."
-    without = element("p", text, cls="facts", attributes={"id": "play-note"})
-    shown = element("div", box, attributes={"id": "play", "hidden": ""})
+    without = element("p.facts", text, id="play-note")
+    shown = element("div", box, id="play", hidden="")
     body = render(shown, without, stored, element("script", Html(script())))
     return Section("Try it", body, "play")
 
@@ -178,16 +175,16 @@ def _measurement(rows: pd.DataFrame, judged: JudgedPieces, corrected: Vehicle) -
 
 def _error(what: str) -> Html:
     """The error of the predictions that the sliders make."""
-    bar = element("div", element("i", attributes={"data-play": "bar"}), cls="meter", attributes={"role": "img"})
-    told = element("b", Html("&nbsp;"), attributes={"data-play": "told"})
-    return element("div", told, element("small", what), bar, cls="error")
+    bar = element("div.meter", element("i", data_play="bar"), role="img")
+    told = element("b", Html("&nbsp;"), data_play="told")
+    return element("div.error", told, element("small", what), bar)
 
 
 def _knob(knob: Knob) -> Html:
     label = element("span", element("b", knob.symbol), f" {knob.what}")
     slider = Html(f'<input type="range" aria-label="{escaped(f"{knob.symbol}, {knob.what}")}">')
-    marks = element("span", element("i", cls="before"), element("i", cls="after"), cls="ends")
-    return element("label", element("span", label, element("output"), cls="name"), slider, marks, cls="knob")
+    marks = element("span.ends", element("i.before"), element("i.after"))
+    return element("label.knob", element("span.name", label, element("output")), slider, marks)
 
 
 def _folded(knobs: Sequence[Knob]) -> list[Html]:
@@ -197,11 +194,11 @@ def _folded(knobs: Sequence[Knob]) -> list[Html]:
 
 
 def _canvas(name: str, told: str) -> Html:
-    return element("canvas", attributes={"data-play": name, "role": "img", "aria-label": told})
+    return element("canvas", data_play=name, role="img", aria_label=told)
 
 
 def _button(name: str, text: str) -> Html:
-    return element("button", text, attributes={"type": "button", "data-play": name})
+    return element("button", text, type="button", data_play=name)
 
 
 PLAY = Chapter(40, play)

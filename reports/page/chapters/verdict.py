@@ -15,7 +15,7 @@ from ...wording import cut, effect_words, interval, risen, step_words, twins, ty
 from .. import outcome
 from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
 from ..figures.model_figures import step_bars
-from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
+from ..markup import Html, card, details, element, figure, folded, lines, paragraphs, render, table
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -34,42 +34,38 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     findings, steps = run.findings, run.findings.steps
     led = outcome.hero(steps, run.comparison.best.horizon)
     answered = outcome.answer(findings, run.comparison, run.nominal)
-    worse = outcome.gets_worse(steps, run.comparison.best.horizon)
-    did = outcome.outcome(findings, run.comparison) if worse or not answered else ""
-    grown, probably = outcome.also_worse(findings, run.comparison), outcome.also_likely(findings)
-    became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
-    weak = outcome.cannot(run.comparison, outcome.quiet_axes(findings))
-    sentences = list(filter(None, [outcome.repeated(findings)]))
-    best = outcome.recommendation(findings, run.comparison)
-    if best and not answered:
-        sentences.append(unit_text(best))
-    for place in findings.failures[: 0 if best else 1]:
+    parts = outcome.opening_parts(findings, run.comparison, run.nominal)
+
+    def told(*labels: str) -> str:
+        return " ".join(text for label, text in parts if label in labels)
+
+    sentences = [told("again"), unit_text(told("trust"))]
+    for place in findings.failures[: 0 if outcome.recommendation(findings, run.comparison) else 1]:
         share = f"{percent(place.share_of_error)} of the {place.axis} error"
         sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
     changed = len(steps) > 1
     figures = [_big(led.before, led.unit, "before", "before" if changed else "the nominal model")]
     if changed:
-        figures += [element("span", ARROW, cls="arrow"), _big(led.after, led.unit, "after", "after")]
+        figures += [element("span.arrow", ARROW), _big(led.after, led.unit, "after", "after")]
     ends = (steps[0], steps[-1])[: 1 + changed]
     by_axis = []
     for axis in AXES:
         errors = (typeset(step.rollout(led.horizon).of(axis), 2) for step in ends)
         by_axis.append(f"{axis} {f' {ARROW} '.join(errors)} {ROLLOUT_UNITS[axis]}")
     what = element(
-        "div",
+        "div.what",
         element("strong", led.in_words),
         lines(["root mean square, open loop, on held-out data"]),
-        element("div", *(element("span", text) for text in by_axis), cls="axes"),
-        cls="what",
+        element("div.axes", *(element("span", text) for text in by_axis)),
     )
     return render(
         *paragraphs(map(unit_text, findings.warnings), "card warning"),
         element(title, outcome.headline(findings, run.comparison)),
-        *paragraphs([weak], "warn"),
-        *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
-        *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
-        element("div", *figures, what, cls="card numbers"),
-        *paragraphs([" ".join(sentences)], "lead"),
+        *paragraphs([told("cannot")], "warn"),
+        *[element("dl.answer", *(_line(line) for line in answered))] * bool(answered),
+        *paragraphs([unit_text(told("why")), told("done", "grown", "likely")], "lead"),
+        element("div.card numbers", *figures, what),
+        *paragraphs([" ".join(filter(None, sentences))], "lead"),
     )
 
 
@@ -89,23 +85,19 @@ def falling_error(run: RunFolder) -> Section:
     top += [step_bars(axis, ROLLOUT_UNITS[axis], rollout(axis)) for axis in AXES]
     bottom = [step_bars(axis, ACCELERATION_UNITS[axis], pointwise(axis)) for axis in AXES]
     side = element(
-        "div",
-        element("b", "Acceleration error"),
-        lines(["along the measured motion,", "after the same steps"]),
-        cls="side",
+        "div.side", element("b", "Acceleration error"), lines(["along the measured motion,", "after the same steps"])
     )
     drawing = element(
-        "figure",
+        "figure.card",
         element("h3", f"Error of {horizon} s predictions"),
-        element("div", *top, cls="plots steps"),
-        element("div", side, *bottom, cls="plots steps"),
+        element("div.plots steps", *top),
+        element("div.plots steps", side, *bottom),
         element(
             "figcaption",
             "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
             "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
         ),
         *paragraphs(risen(steps, horizon), "warn"),
-        cls="card",
     )
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)
 
@@ -113,7 +105,7 @@ def falling_error(run: RunFolder) -> Section:
 def legend(roles: Sequence[str] = ("measured", "before", "after"), after: str = "corrected") -> Html:
     """What the colours mean; `after` is the name of the second model."""
     texts = ((role, text.replace("corrected", after)) for role, text in LEGEND if role in roles)
-    return element("div", *(element("span", element("i"), text, cls=role) for role, text in texts), cls="key")
+    return element("div.key", *(element("span", element("i"), text, cls=role) for role, text in texts))
 
 
 def _line(line: outcome.Line) -> Html:
@@ -148,7 +140,7 @@ def missing_effects(run: RunFolder) -> Section:
     chosen = sureness.in_order(findings.added)
     horizon = outcome.hero(findings.steps, run.comparison.best.horizon).horizon
     cards = [_effect(item, run.nominal, risen(findings.steps, horizon, item)) for item in chosen]
-    parts = [element("div", *cards, cls="columns")] * bool(chosen)
+    parts = [element("div.columns", *cards)] * bool(chosen)
     drawings = []
     if candidates:
         colours = [text for verdict, text in _COLOURS if any(item.verdict == verdict for item in chosen)]
@@ -163,11 +155,11 @@ def missing_effects(run: RunFolder) -> Section:
             "own scale; the line is zero."
         )
         drawings.append(figure([coefficients(rows)], caption))
-    parts.append(element("div", *drawings, cls="columns"))
+    parts.append(element("div.columns", *drawings))
     if candidates:
         parts.append(folded("Every effect that was tried, surest first", *_tried(candidates, run.nominal)))
     if unnamed:
-        parts.append(element("div", *unnamed_terms(unnamed), cls="card"))
+        parts.append(card(*unnamed_terms(unnamed)))
     return Section(outcome.section_title(findings, run.comparison), render(*parts))
 
 
@@ -180,7 +172,7 @@ def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html
         element("p", element("span", f"{begins}: {known}" if known else begins, cls=f"tag {item.verdict}")),
         *(element("p", element("b", f"{one.told()}.")) for one in numbers if one.filed()),
         element("p", unit_text(item.sentence)),
-        *[element("div", item.equation, cls="equation")] * bool(item.equation),
+        *[element("div.equation", item.equation)] * bool(item.equation),
         *(element("div", element("b", one.told())) for one in numbers if not one.filed()),
         *paragraphs([_worth(item)]),
         *paragraphs([*worse, f"This log cannot tell it from {listing(others)}." * bool(others)], "warn"),
@@ -204,7 +196,7 @@ def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
     parts = [effect_table(others, nominal)] * bool(others)
     if without:
         parts.append(details(f"{len(without)} effects without evidence", effect_table(without, nominal)))
-    return [*parts, element("p", f"{sureness.sure_caption(candidates).capitalize()}.", cls="facts")]
+    return [*parts, element("p.facts", f"{sureness.sure_caption(candidates).capitalize()}.")]
 
 
 def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
@@ -216,9 +208,7 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
             (
                 effect_words(item),
                 element(
-                    "span",
-                    sureness.verdict_word(item),
-                    cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
+                    "span", sureness.verdict_word(item), cls=f"tag {verdict}" if verdict != "no evidence" else "tag"
                 ),
                 sureness.odds(item),
                 lines(f"{one.symbol} = {one.amount()}" for one in numbers),
@@ -242,20 +232,14 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
 def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:
     """The terms without a name as a table under its title."""
     body = [
-        (
-            term.axis,
-            term.form,
-            within(term.value, term.ci95),
-            interval(term.ci95),
-            percent(term.inclusion, blank=""),
-        )
+        (term.axis, term.form, within(term.value, term.ci95), interval(term.ci95), percent(term.inclusion, blank=""))
         for term in terms
     ]
     note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause. "
     note += "The last column says in how many of a hundred draws of parts of the log it is selected."
     return [
         element("h3", "Terms without a name"),
-        element("p", note, cls="facts"),
+        element("p.facts", note),
         table(("axis", "form", "value [SI]", "95 % interval", "selected in"), body, "llrrr"),
     ]
 
@@ -282,7 +266,7 @@ def identified(run: RunFolder) -> Section | None:
     decided = [
         item.effect for item in run.findings.candidates if item.verdict == "missing" and not item.indistinguishable_from
     ]
-    facts = element("div", *_facts(told, decided), cls="card")
+    facts = card(*_facts(told, decided))
     drawing = [
         figure(
             [excitation(told.excitation)],
@@ -291,7 +275,7 @@ def identified(run: RunFolder) -> Section | None:
             cls="one",
         )
     ] * bool(told.excitation)
-    return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
+    return Section("What this log can tell", element("div.columns", facts, *drawing))
 
 
 def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
@@ -347,7 +331,7 @@ def advised(items: Sequence[Advice]) -> Html:
 def record_next(run: RunFolder) -> Section | None:
     """The manoeuvres that would settle what the log leaves open."""
     advice = run.findings.advice
-    return Section("What to record next", element("div", advised(advice), cls="card")) if advice else None
+    return Section("What to record next", card(advised(advice))) if advice else None
 
 
 _MOST_EFFECTS = 8
@@ -361,7 +345,7 @@ def in_numbers(run: RunFolder) -> Section | None:
     chosen, unnamed = sureness.in_order(run.findings.added), run.findings.unnamed
     parts: list[Html] = [effect_table(chosen[:_MOST_EFFECTS], run.nominal)] * bool(chosen)
     if len(chosen) > _MOST_EFFECTS:
-        parts.append(element("p", f"{len(chosen) - _MOST_EFFECTS} more stand in the appendix.", cls="facts"))
+        parts.append(element("p.facts", f"{len(chosen) - _MOST_EFFECTS} more stand in the appendix."))
     parts += unnamed_terms(unnamed[:_MOST_EFFECTS]) if unnamed else []
     return _on_paper(outcome.section_title(run.findings, run.comparison), parts)
 

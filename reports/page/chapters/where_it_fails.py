@@ -32,7 +32,7 @@ from ..figures.error_figures import (
 from ..figures.model_figures import speeds, track
 from ..figures.svg import HEAT
 from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch, regime_rows
-from ..markup import Html, element, enlargeable, figure, lines, render, table
+from ..markup import Html, card, element, enlargeable, figure, lines, render, table
 from .base import Chapter, Section
 from .verdict import ARROW, legend
 
@@ -94,10 +94,9 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> H
     ]
     unit = unit_text(ACCELERATION_UNITS[AXES[axis]])
     key = element(
-        "div",
+        "div.key",
         element("span", f"{AXES[axis]} acceleration error [{unit}]:"),
         *(element("span", element("i"), text, cls=role) for role, text in zip(HEAT, texts, strict=True)),
-        cls="key",
     )
     several = " of the longest log" if series["log"].nunique() > 1 else ""
     caption = (
@@ -106,11 +105,7 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> H
         + ("nothing was added, so there is one map." if alone else "strokes that are gone after are what was missing.")
     )
     return element(
-        "figure",
-        key,
-        element("div", *map(enlargeable, drawings), cls="plots pair"),
-        element("figcaption", caption),
-        cls="card",
+        "figure.card", key, element("div.plots pair", *map(enlargeable, drawings)), element("figcaption", caption)
     )
 
 
@@ -125,7 +120,7 @@ def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
     """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
         text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
-        return element("p", text, cls="facts")
+        return element("p.facts", text)
     rows = [
         (
             place.model,
@@ -152,9 +147,7 @@ def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
         "adding it removes error there on held-out rows too; the percentage is of the squared error, and "
         "'more than all' where other effects, alone, would add to it."
     )
-    return element(
-        "div", table(head, rows, "lllrrrl"), element("p", f"{whose} {note}".lstrip(), cls="facts"), cls="card"
-    )
+    return element("div.card", table(head, rows, "lllrrrl"), element("p.facts", f"{whose} {note}".lstrip()))
 
 
 def _times(structure: Sequence[Structure]) -> Html:
@@ -185,8 +178,8 @@ def _times(structure: Sequence[Structure]) -> Html:
         *["removed by"] * linked,
     )
     unseen = "An effect is named where adding it removes the error of seconds that it was not fitted to."
-    note = [element("p", unseen, cls="facts")] * linked
-    return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), *note, cls="card")
+    note = [element("p.facts", unseen)] * linked
+    return card(element("h3", "The worst seconds"), table(head, rows, "llllrrl"), *note)
 
 
 def _structure(structure: Sequence[Structure]) -> Html:
@@ -213,10 +206,7 @@ def _structure(structure: Sequence[Structure]) -> Html:
         sentences = [f"{axis}: {look[axis].sentence}" for axis in AXES]
         told += [element("dt", title), *(element("dd", text) for text in sentences)]
     in_words = element(
-        "div",
-        element("h3", f"The error of the {first.model} model in words"),
-        element("dl", *told, cls="told"),
-        cls="card",
+        "div.card", element("h3", f"The error of the {first.model} model in words"), element("dl.told", *told)
     )
     key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"), structure[-1].model)
     return render(element("h3", "What the error is like"), key, fast, turned, in_words)
@@ -231,7 +221,7 @@ def _fall(place: FailingPlace | FailingSeconds) -> Html:
 
 def _removed(place: FailingPlace | FailingSeconds) -> Html:
     if not place.removed_by and place.unlinked:
-        return element("span", place.unlinked, cls="facts")
+        return element("span.facts", place.unlinked)
     return lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by)
 
 

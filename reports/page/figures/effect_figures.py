@@ -17,7 +17,7 @@ from ....physics.sampled_series import binned_means, explained_share
 from ....physics.vehicle import Vehicle
 from ...sureness import BACK, CoefficientRow, comes_back, odds, worth
 from ..markup import Html
-from .svg import BESIDE, PANEL, ROLES, Look, canvas, drawn, panel
+from .svg import BESIDE, PANEL, ROLES, Look, bare_rows, beside, chart, drawn
 
 SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "deg", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
 """Columns of a series that a force may depend on, beside the commands, and the units in which they are drawn."""
@@ -151,21 +151,18 @@ def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
 
 
 def _drawing(found: MissingForce) -> Html:
-    width, height = PANEL
     stride = max(1, found.values.size // _POINTS)
-    with canvas(width, height, simplify=False) as figure:
-        axes = panel(figure, 58, 26, width - 66, height - 72)
+    with chart(PANEL, simplify=False) as axes:
         axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
         axes.plot(*means(found.values, found.lacking), "o", color=ROLES["before"], ms=6)
         axes.plot(*means(found.values, found.added), "-", color=ROLES["after"], lw=2.5)
         unit = unit_text(FORCE_UNITS[found.axis])
-        axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{AXES[found.axis]} [{unit}]")
+        axis = AXES[found.axis]
+        axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{axis} [{unit}]")
+        axes.set_title(f"{axis}: {share_removed(found.told)} explained")
         axes.locator_params(nbins=5)
-        axes.set_title(f"{AXES[found.axis]}: {share_removed(found.told)} explained", loc="left", fontsize=12, pad=6)
-        return drawn(
-            figure, f"the {AXES[found.axis]} force that the model lacks over {found.label}, and what was added"
-        )
+        return drawn(axes, f"the {axis} force that the model lacks over {found.label}, and what was added")
 
 
 FULL = 0.5  # bars end here: half of the force at work is plenty
@@ -180,20 +177,15 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
     """
     shares = {name: item.share for name, item in told.items()}
     order = sorted(shares, key=lambda name: (shares[name] != shares[name], shares[name]))
-    left, width, height = 208, 460, 12 + 17 * len(order)
-    with canvas(width, height) as figure:
-        axes = panel(figure, left, 4, width - left - 62, height - 8)
+    with chart((460, 12 + 17 * len(order)), (208, 4, 62, 4)) as axes:
         values = np.nan_to_num(np.array([shares[name] for name in order]))
         fill = [ROLES["before"] if value < 0.02 else ROLES["between"] for value in values]
         axes.barh(np.arange(len(order)), np.minimum(values, FULL), height=0.62, color=fill)
-        beside: Look = {**BESIDE, "size": 10.5}
         for row, name in enumerate(order):
-            axes.annotate(words(name), (0, row), (-8, 0), xycoords=axes.get_yaxis_transform(), ha="right", **beside)
-            axes.annotate(percent(shares[name]), (min(values[row], FULL), row), (6, 0), **beside)
-        axes.set(ylim=(len(order) - 0.5, -0.5), xlim=(0.0, FULL), xticks=[], yticks=[])
-        axes.grid(visible=False)
-        axes.spines["bottom"].set_visible(False)
-        return drawn(figure, "how far the log excites each effect")
+            beside(axes, words(name), row, -8, ha="right", size=10.5)
+            axes.annotate(percent(shares[name]), (min(values[row], FULL), row), (6, 0), **BESIDE, size=10.5)
+        bare_rows(axes, len(order), (0.0, FULL))
+        return drawn(axes, "how far the log excites each effect")
 
 
 _MOST = 12
@@ -206,25 +198,21 @@ def ranked_effects(candidates: Sequence[EffectFinding]) -> Html:
     A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
     """
     shown = sorted([item for item in candidates if not item.cannot_tell][:_MOST], key=worth, reverse=True)
-    left, width, height = 190, 460, 34 + 24 * len(shown)
+    width, height = 460, 34 + 24 * len(shown)
     drops = np.nan_to_num([worth(item) for item in shown])
-    with canvas(width, height) as figure:
-        axes = panel(figure, left, 30, width - left - 122, height - 34)
+    with chart((width, height), (190, 30, 122, 4)) as axes:
         fill, rim = zip(*map(_bar_colours, shown), strict=True) if shown else ((), ())
         bars = np.arange(len(shown)), np.maximum(drops, 0.0)
         axes.barh(*bars, height=0.56, color=fill, edgecolor=rim, linewidth=1.6)
         for index, item in enumerate(shown):
-            edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
-            axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
-            axes.annotate(comes_back(item), (1, index), (58, 0), **bold)
-            axes.annotate(odds(item), (1, index), (120, 0), color=ROLES["muted"], **edge)
-        axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
-        axes.grid(visible=False)
-        axes.spines["bottom"].set_visible(False)
+            weight = "bold" if item.in_model else "normal"
+            beside(axes, words(item.effect), index, -8, ha="right", weight=weight)
+            beside(axes, comes_back(item), index, 58, right=True, ha="right", weight=weight)
+            beside(axes, odds(item), index, 120, right=True, ha="right", color=ROLES["muted"])
+        bare_rows(axes, len(shown), (0.0, max(drops.max(initial=0.0), 1e-9)))
         for place, text in ((-64, BACK), (-2, "sure")):
-            figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
-        return drawn(figure, "effects by the unseen force error that comes back without them, and how sure they are")
+            axes.figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
+        return drawn(axes, "effects by the unseen force error that comes back without them, and how sure they are")
 
 
 def _bar_colours(item: EffectFinding) -> tuple[str, str]:
@@ -238,9 +226,7 @@ def _bar_colours(item: EffectFinding) -> tuple[str, str]:
 
 def coefficients(rows: Sequence[CoefficientRow]) -> Html:
     """Coefficients before and after, with 95 % intervals of the value after; each row on its own scale from zero."""
-    width, height = 460, 8 + 52 * len(rows)
-    with canvas(width, height) as figure:
-        axes = panel(figure, 2, 4, width - 4, height - 8)
+    with chart((460, 8 + 52 * len(rows)), (2, 4, 2, 4)) as axes:
         lowest = highest = 0.0
         for index, row in enumerate(rows):
             reach = max(abs(value) for value in (row.before, row.after, *row.interval)) or 1.0
@@ -256,7 +242,7 @@ def coefficients(rows: Sequence[CoefficientRow]) -> Html:
             axes.annotate(f"{change} {unit_text(row.unit)}", (1, index), (-2, 20), **BESIDE | edge, ha="right")
         axes.axvline(0.0, color=ROLES["grid"], lw=1.2, zorder=0)
         margin = 0.05 * (highest - lowest)
-        axes.set(ylim=(len(rows) - 0.65, -0.65), xlim=(lowest - margin, highest + margin), xticks=[], yticks=[])
-        axes.grid(visible=False)
+        bare_rows(axes, len(rows), (lowest - margin, highest + margin))
+        axes.set_ylim(len(rows) - 0.65, -0.65)
         axes.spines[:].set_visible(False)
-        return drawn(figure, "coefficients before and after with 95 % intervals")
+        return drawn(axes, "coefficients before and after with 95 % intervals")

@@ -20,7 +20,7 @@ from ....residuals.scores import ACCELERATION_UNITS
 from ....residuals.series import SeriesTable
 from ..judged_pieces import ACCELERATIONS, MODELS
 from ..markup import Html
-from .svg import HEAT, PANEL, ROLES, Look, canvas, drawn, panel
+from .svg import HEAT, PANEL, ROLES, Look, canvas, chart, drawn, panel
 
 POINTS = 400  # of each model in a scatter
 BINS = 31
@@ -42,9 +42,7 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
     stride = scatter_stride(rows)
     low, high = _frame(measured, [rows[f"{name}_{model}"].to_numpy(float) for model in MODELS])
     outside = 0
-    width, height = PANEL
-    with canvas(width, height, simplify=False) as figure:
-        axes = panel(figure, 58, 26, width - 66, height - 72)
+    with chart(PANEL, simplify=False) as axes:
         axes.plot([low, high], [low, high], color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         for model in MODELS:
             predicted = rows[f"{name}_{model}"].to_numpy(float)
@@ -53,9 +51,9 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
             outside += int(np.count_nonzero(seen & ~inside))
             _dots(axes, measured[inside][::stride], predicted[inside][::stride], model)
         axes.set(xlim=(low, high), ylim=(low, high), xlabel=f"measured [{unit}]", ylabel=f"predicted [{unit}]")
+        axes.set_title(title)
         axes.locator_params(nbins=5)
-        axes.set_title(title, loc="left", fontsize=12, pad=6)
-        return drawn(figure, f"measured and predicted {axis} acceleration"), outside
+        return drawn(axes, f"measured and predicted {axis} acceleration"), outside
 
 
 def scatter_stride(rows: pd.DataFrame) -> int:
@@ -73,9 +71,7 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
     errors = [error[np.isfinite(error)] for error in errors]
     reach = max((float(np.quantile(np.abs(error), 0.99)) for error in errors if error.size), default=0.0) or 1e-9
     edges = np.linspace(-reach, reach, BINS + 1)
-    width, height = PANEL[0], 236
-    with canvas(width, height) as figure:
-        axes = panel(figure, 58, 26, width - 66, height - 72)
+    with chart((PANEL[0], 236)) as axes:
         for model, error, fill in zip(MODELS, errors, (0.25, 0.35), strict=True):
             counts, _ = np.histogram(np.clip(error, -reach, reach), edges)
             share = counts / max(error.size, 1)
@@ -83,11 +79,10 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
             axes.stairs(share, edges, color=ROLES[model], linewidth=1.6)
         axes.axvline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
-        axes.set(xlim=(-reach, reach), xlabel=f"predicted less measured [{unit}]", ylabel="share of the time")
-        axes.set_ylim(bottom=0.0)
+        axes.set(xlim=(-reach, reach), ylim=(0.0, None), title=title)
+        axes.set(xlabel=f"predicted less measured [{unit}]", ylabel="share of the time")
         axes.locator_params(nbins=5)
-        axes.set_title(title, loc="left", fontsize=12, pad=6)
-        return drawn(figure, f"error of the predicted {axis} acceleration")
+        return drawn(axes, f"error of the predicted {axis} acceleration")
 
 
 def _dots(axes: Axes, across: Floats, up: Floats, model: str) -> None:
@@ -156,7 +151,6 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
     error : (n,) size of the error [unit of the axis' acceleration]
     bounds : (5,) between the steps of colour
     """
-    width, height = 460, 400
     north, east = series["north"].to_numpy(float), series["east"].to_numpy(float)
     step = np.digitize(np.nan_to_num(error), bounds)
     stride = max(1, len(series) // _POINTS)
@@ -164,8 +158,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
     # A thinned row bears the worst of the rows that it stands for.
     level = np.array([step[k : k + stride].max() for k in rows])
     gap = np.flatnonzero(np.diff(scene(SeriesTable.of(series)).stretch[rows]) != 0)
-    with canvas(width, height) as figure:
-        axes = panel(figure, 52, 28, width - 58, height - 74)
+    with chart((460, 400), (52, 28, 6, 46)) as axes:
         axes.plot(_broken(east[rows], gap), _broken(north[rows], gap), color=ROLES[HEAT[0]], lw=_WIDTHS[0])
         for k in range(1, len(HEAT)):
             x, y = _pieces(east[rows], north[rows], level == k, gap)
@@ -175,15 +168,13 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
         axes.set_aspect("equal", adjustable="datalim")
         axes.locator_params(nbins=6)
         axes.set(xlabel="east [m]", ylabel="north [m]")
-        axes.set_title(title, loc="left", fontsize=12.5, weight="bold", pad=8)
-        return drawn(figure, f"track coloured by {AXES[axis]} error, {title}")
+        axes.set_title(title, fontsize=12.5, weight="bold", pad=8)
+        return drawn(axes, f"track coloured by {AXES[axis]} error, {title}")
 
 
 def spectra(frequency: Sequence[Mapping[str, Frequency]], axis: str) -> Html:
     """Power spectra of the measured acceleration and of the errors before and after, on one axis."""
-    width, height = 320, 220
-    with canvas(width, height) as figure:
-        axes = panel(figure, 54, 28, width - 62, height - 74)
+    with chart((320, 220), (54, 28, 8, 46)) as axes:
         first = frequency[0][axis]
         axes.loglog(first.hz, _positive(first.measured), color=ROLES["measured"], linewidth=4.0)
         for role, found in zip(("before", "after"), frequency, strict=False):
@@ -196,16 +187,14 @@ def spectra(frequency: Sequence[Mapping[str, Frequency]], axis: str) -> Html:
         low, high = np.log10(axes.get_ylim())
         powers = np.arange(np.ceil(low), np.floor(high) + 1, 2 if high - low > 3.0 else 1)
         axes.set_yticks(10.0**powers, ["10" + str(int(power)).translate(_RAISED) for power in powers])
-        axes.set_title(f"{axis} [{unit_text(first.unit)}]", loc="left", fontsize=11, color=ROLES["muted"], pad=5)
-        return drawn(figure, f"spectra of the {axis} acceleration and its error")
+        _title(axes, axis, first.unit)
+        return drawn(axes, f"spectra of the {axis} acceleration and its error")
 
 
 def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
     """Median error on headings near each direction, before and after, with the range of its middle half."""
-    width, height = 320, 190
     sectors = heading[0][axis].sectors
-    with canvas(width, height) as figure:
-        axes = panel(figure, 54, 28, width - 62, height - 54)
+    with chart((320, 190), (54, 28, 8, 26)) as axes:
         places = np.arange(len(sectors))
         axes.axhline(0.0, color=ROLES["grid"], linewidth=1.4)
         for shift, role, found in zip((-0.15, 0.15), ("before", "after"), heading, strict=False):
@@ -217,9 +206,13 @@ def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
         axes.set_xlim(-0.6, len(sectors) - 0.4)
         axes.grid(visible=False, axis="x")
         axes.locator_params(axis="y", nbins=4)
-        unit = unit_text(ACCELERATION_UNITS[axis])
-        axes.set_title(f"{axis} [{unit}]", loc="left", fontsize=11, color=ROLES["muted"], pad=5)
-        return drawn(figure, f"{axis} error by heading")
+        _title(axes, axis, ACCELERATION_UNITS[axis])
+        return drawn(axes, f"{axis} error by heading")
+
+
+def _title(axes: Axes, axis: str, unit: str) -> None:
+    """An axis of the boat and a unit over a small drawing."""
+    axes.set_title(f"{axis} [{unit_text(unit)}]", fontsize=11, color=ROLES["muted"], pad=5)
 
 
 def _broken(values: Array, gap: NDArray[np.intp]) -> Array:
@@ -351,14 +344,12 @@ def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Ma
             axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
             places = np.arange(len(rows))
             axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
-            later = after[after["axis"] == axis].set_index("regime")[
-                "rmse"
-            ]  # of some regimes one model may know nothing
+            # Of some regimes one model may know nothing.
+            later = after[after["axis"] == axis].set_index("regime")["rmse"]
             axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
             axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
             axes.locator_params(axis="y", nbins=3)
-            title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"
-            axes.set_title(title, loc="left", fontsize=11, color=ROLES["muted"], pad=4)
+            _title(axes, str(axis), rows["unit"].iloc[0])
             if row == 2:
                 _regime_labels(axes, rows)
         figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
@@ -367,13 +358,8 @@ def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Ma
 
 def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
     """Edges between numeric bins, names under the others, and under each its share of the time."""
-    under = {
-        "xycoords": ("data", "axes fraction"),
-        "textcoords": "offset points",
-        "ha": "center",
-        "va": "top",
-        "size": 10.5,
-    }
+    under = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+    under |= {"ha": "center", "va": "top", "size": 10.5}
     numeric = bool(rows["low"].notna().all())
     if numeric:
         # Low enough that the first edge clears the zero of the axis beside it.

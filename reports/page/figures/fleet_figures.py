@@ -14,7 +14,7 @@ from ... import hull_diary
 from ...wording import cut, interval
 from ..fleet import Relation, SharedNumber
 from ..markup import Html, element
-from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
+from .svg import BESIDE, ROLES, Look, bare_rows, beside, canvas, chart, drawn, panel
 
 LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
@@ -42,8 +42,7 @@ def strip(diary: hull_diary.DiaryFacts, boats: Sequence[hull_diary.BoatRecord]) 
                 _bar(axes, row, change, end)
             _names(axes, row, boat.changes, (first, last))
             weight = "bold" if boat.changes else "normal"
-            left: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            axes.annotate(cut(boat.boat, 16), (0, row), (-8, 0), **left, weight=weight)
+            beside(axes, cut(boat.boat, 16), row, -8, ha="right", weight=weight)
         margin = max(0.01 * (last - first), 0.5)
         axes.set(ylim=(len(boats) - 0.5, -0.5), xlim=(first - margin, last + margin), yticks=[])
         _dates(axes, 10)
@@ -110,10 +109,7 @@ def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hu
         parts.append(_path(f"M{along(_at(change.first)):.1f} 26V{TALL - 26}", "before", 1.6))
     bars = (f"M{along(d + 0.5):.1f} {up(b):.1f}V{up(t):.1f}" for d, b, t in zip(days, low, high, strict=True))
     dots = (f"M{along(d + 0.5) - 1.7:.1f} {up(v):.1f}{_DOT}" for d, v in zip(days, value, strict=True))
-    parts += [
-        _path("".join(bars), "after", 1.1, 0.3),
-        element("path", attributes={"d": "".join(dots), "fill": "var(--after)"}),
-    ]
+    parts += [_path("".join(bars), "after", 1.1, 0.3), element("path", d="".join(dots), fill="var(--after)")]
     for place, anchor in ((first, "start"), (last, "end")):
         date_text = num2date(place).strftime("%d %b %Y").lstrip("0")
         parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, date_text, anchor))
@@ -125,7 +121,7 @@ def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hu
         "role": "img",
         "aria-label": f"{hull_diary.plain(one.name)} of {boat.boat} by day",
     }
-    return element("svg", *parts, attributes=label)
+    return element("svg", *parts, **label)
 
 
 def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[[float], float]:
@@ -135,19 +131,17 @@ def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[
 
 def _path(data: str, role: str, width: float, opacity: float = 1.0) -> Html:
     look = {"stroke": f"var(--{role})", "stroke-width": f"{width}", "stroke-opacity": f"{opacity}"}
-    return element("path", attributes={"d": data, "fill": "none", "stroke-linecap": "round", **look})
+    return element("path", d=data, fill="none", stroke_linecap="round", **look)
 
 
 def _box(left: float, top: float, width: float, height: float, role: str, opacity: float) -> Html:
     place = {"x": f"{left:.1f}", "y": f"{top:.1f}", "width": f"{width:.1f}", "height": f"{height:.1f}"}
-    return element("rect", attributes={**place, "fill": f"var(--{role})", "fill-opacity": f"{opacity}"})
+    return element("rect", **place, fill=f"var(--{role})", fill_opacity=f"{opacity}")
 
 
 def _text(left: float, base: float, text: str, anchor: str, role: str = "muted", weight: str = "400") -> Html:
     look = {"font-size": "11.5", "font-weight": weight, "text-anchor": anchor, "fill": f"var(--{role})"}
-    return element(
-        "text", text, attributes={"x": f"{left:.1f}", "y": f"{base:.1f}", "font-family": "var(--font)", **look}
-    )
+    return element("text", text, x=f"{left:.1f}", y=f"{base:.1f}", font_family="var(--font)", **look)
 
 
 def _dates(axes: Axes, most: int) -> None:
@@ -178,18 +172,16 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
     names : of the runs
     """
     height = RUNS_HEAD + RUNS_LINE * len(names) + 10
-    with canvas(RUNS_WIDTH, height) as figure:
-        axes = panel(figure, RUNS_LEFT, RUNS_HEAD, RUNS_WIDTH - RUNS_LEFT - RUNS_RIGHT, RUNS_LINE * len(names))
+    with chart((RUNS_WIDTH, height), (RUNS_LEFT, RUNS_HEAD, RUNS_RIGHT, 10)) as axes:
         unit = unit_text(shared.unit)
         head = f"{shared.symbol} {f'[{unit}]' if unit else ''}".strip()
-        figure.text(0.0, 1.0 - 18 / height, head, weight="bold")
-        figure.text(1.0, 1.0 - 18 / height, shared.relation.value, ha="right", color=ROLES["muted"])
+        axes.figure.text(0.0, 1.0 - 18 / height, head, weight="bold")
+        axes.figure.text(1.0, 1.0 - 18 / height, shared.relation.value, ha="right", color=ROLES["muted"])
         _draw(axes, shared, names)
-        return drawn(figure, f"{shared.symbol} in each run: {shared.relation.value}")
+        return drawn(axes, f"{shared.symbol} in each run: {shared.relation.value}")
 
 
 def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
-    beside: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform()}
     bands = [(one.number.ci95 or (one.number.value,) * 2) if one else None for one in shared.held]
     ends = [
         end for one, band in zip(shared.held, bands, strict=True) if one and band for end in (*band, one.number.value)
@@ -201,18 +193,15 @@ def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
         low, high = max(band[0] for band in known), min(band[1] for band in known)
         axes.axvspan(low, max(low, high), color=ROLES["measured"], alpha=0.35, lw=0)
     for index, (name, one, band) in enumerate(zip(names, shared.held, bands, strict=True)):
-        axes.annotate(cut(name, _LONGEST), (0, index), (-8, 0), ha="right", **beside)
+        beside(axes, cut(name, _LONGEST), index, -8, ha="right")
         if one is not None and band is not None:
             axes.plot(band, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
             axes.plot(one.number.value, index, "o", color=ROLES["after"], ms=7)
             text = f"{one.number.amount().removesuffix(unit_text(shared.unit)).rstrip()} ({interval(one.number.ci95)})"
         else:
             filed = shared.filed[index]
-            axes.plot(
-                filed if isfinite(filed) else np.nan, index, "o", color=ROLES["surface"], mec=ROLES["before"], ms=7
-            )
+            axes.plot(filed, index, "o", color=ROLES["surface"], mec=ROLES["before"], ms=7)
             text = f"{number(filed, minus=MINUS)} in the file" if isfinite(filed) else shared.elsewhere[index]
-        axes.annotate(text, (1, index), (8, 0), ha="left", color=ROLES["muted"], size=10.5, **beside)
-    axes.set(ylim=(len(names) - 0.5, -0.5), xlim=(min(ends) - margin, max(ends) + margin), xticks=[], yticks=[])
-    axes.grid(visible=False)
+        beside(axes, text, index, 8, right=True, ha="left", color=ROLES["muted"], size=10.5)
+    bare_rows(axes, len(names), (min(ends) - margin, max(ends) + margin))
     axes.spines[:].set_visible(False)

@@ -21,7 +21,7 @@ from ...run_contents import Rival
 from ...wording import cut
 from ..judged_pieces import rollouts
 from ..markup import Html
-from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
+from .svg import BESIDE, ROLES, Look, bare_rows, canvas, chart, drawn, panel
 
 ROW = 40
 """Height of a model [px]: its name, and marks above each other that can be told apart."""
@@ -67,7 +67,7 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     for row, rival in enumerate(rivals):
         strong = "bold" if rival.model.name == best else "normal"
-        at_left = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+        at_left: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
         axes.annotate(cut(rival.model.name, LONGEST_NAME), (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
@@ -103,12 +103,8 @@ def _look(rival: Rival) -> Look:
     """A disc that grows with the number of parameters; hollow where no law was asked."""
     size = 7.0 + 1.6 * math.log10(1.0 + (rival.model.parameters or 0))
     colour = COLOURS.get(rival.model.audit, ROLES["muted"])
-    return {
-        "ms": size,
-        "color": colour if rival.model.audit in COLOURS else ROLES["surface"],
-        "mec": colour,
-        "mew": 2.0,
-    }
+    fill = colour if rival.model.audit in COLOURS else ROLES["surface"]
+    return {"ms": size, "color": fill, "mec": colour, "mew": 2.0}
 
 
 def _about(rival: Rival) -> str:
@@ -121,11 +117,18 @@ def _about(rival: Rival) -> str:
     return f"{rival.model.kind}, {count} fitted"
 
 
+_VERDICTS: dict[str, Look] = {
+    "fail": {"marker": "X", "ms": 13, "color": ROLES["before"], "mec": ROLES["surface"], "mew": 0.5},
+    "noted": {"marker": "o", "ms": 8, "color": ROLES["surface"], "mec": ROLES["before"], "mew": 1.8},
+    "pass": {"marker": "o", "ms": 6, "color": ROLES["after"]},
+    "not applicable": {"marker": "_", "ms": 7, "color": ROLES["muted"], "mew": 1.5},
+}
+"""Marks of the verdicts on a law."""
+
+
 def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
     """A grid of verdicts: a dot where the law is kept, a cross where it is broken, a ring where that is only noted."""
-    axes.set(xlim=(-0.5, len(laws) - 0.5), ylim=(len(rivals) - 0.5, -0.5), xticks=[], yticks=[])
-    axes.grid(visible=False)
-    axes.spines["bottom"].set_visible(False)
+    bare_rows(axes, len(rivals), (-0.5, len(laws) - 0.5))
     axes.spines["left"].set_visible(False)
     for column, law in enumerate(laws):
         up: Look = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
@@ -136,19 +139,11 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
             text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.model.audit, "not asked")
             axes.annotate(text, (0, row), (-8, 0), **BESIDE, color=ROLES["muted"])
         for column, law in enumerate(laws):
-            verdict = rival.laws.get(law)
-            if verdict == "fail":
-                axes.plot(column, row, "X", ms=13, color=ROLES["before"], mec=ROLES["surface"], mew=0.5)
-            elif verdict == "noted":
-                axes.plot(column, row, "o", ms=8, color=ROLES["surface"], mec=ROLES["before"], mew=1.8)
-            elif verdict == "pass":
-                axes.plot(column, row, "o", ms=6, color=ROLES["after"])
-            elif verdict is not None:
-                axes.plot(column, row, "_", ms=7, color=ROLES["muted"], mew=1.5)
+            if law in rival.laws:
+                axes.plot(column, row, ls="", **_VERDICTS.get(rival.laws[law], _VERDICTS["not applicable"]))
 
 
-GROWTH_WIDTH, GROWTH_HEIGHT, GROWTH_LEFT, GROWTH_RIGHT = 980, 360, 60, 250
-"""Of the figure, and left of the lines and right of them, where their names stand [px]."""
+GROWTH_HEIGHT = 360  # of the figure [px]
 GROWTH_LINE = 20
 """Least distance between two names [px]."""
 LONGEST_LABEL = 22  # letters that fit beside the lines, with the last error
@@ -169,8 +164,7 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         known = [(seconds, error) for seconds, error in found if np.isfinite(error) and error > 0.0]
         lines += [(model, np.array(known).T)] if known else []
     lines.sort(key=lambda line: -line[1][1][-1])
-    with canvas(GROWTH_WIDTH, GROWTH_HEIGHT) as figure:
-        axes = panel(figure, GROWTH_LEFT, 12, GROWTH_WIDTH - GROWTH_LEFT - GROWTH_RIGHT, GROWTH_HEIGHT - 60)
+    with chart((980, GROWTH_HEIGHT), (60, 12, 250, 48)) as axes:
         for model, (seconds, error) in lines:
             own = model.name in colours
             style = "-" if own else "--" if model.kind == "baseline" else ":"
@@ -185,14 +179,11 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         at = [tall * float(axes.transAxes.inverted().transform(axes.transData.transform((s[-1], e[-1])))[1])
               for _, (s, e) in lines]  # fmt: skip
         for (model, (_, error)), place in zip(lines, _apart(at, tall), strict=True):
-            text, colour = (
-                f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m",
-                colours.get(model.name, ROLES["muted"]),
-            )
-            weight = "bold" if model.name in colours else "normal"
-            right: Look = {**BESIDE, "xycoords": "axes fraction"}
-            axes.annotate(text, (1.0, place / tall), (12, 0), **right, color=colour, weight=weight)
-        return drawn(figure, "position error of each model by the length of its predictions")
+            text = f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m"
+            look: Look = {**BESIDE, "color": colours.get(model.name, ROLES["muted"])}
+            look["weight"] = "bold" if model.name in colours else "normal"
+            axes.annotate(text, (1.0, place / tall), (12, 0), xycoords="axes fraction", **look)
+        return drawn(axes, "position error of each model by the length of its predictions")
 
 
 def _apart(places: Sequence[float], tall: float) -> list[float]:
@@ -288,8 +279,7 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
     """
     left, width = (214, 472) if names else (22, 162)
     height = 34 + 27 * len(values)
-    with canvas(width, height) as figure:
-        axes = panel(figure, left, 30, width - left - 52, height - 34)
+    with chart((width, height), (left, 30, 52, 4)) as axes:
         shown = np.array([finite(value) for value in values])
         lengths = np.nan_to_num(shown)
         colours = [ROLES["before"], *[ROLES["between"]] * (len(values) - 2), ROLES["after"]][: len(values)]
@@ -300,14 +290,11 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
             axes.annotate(text, (lengths[index], index), (5, 0), **BESIDE, weight=strong)
             if names:
                 axes.annotate(names[index], (0, index), (-24, 0), **BESIDE, ha="right", weight=strong)
-        axes.set(
-            ylim=(len(values) - 0.5, -0.5), xlim=(0.0, max(lengths.max(), 1e-12)), xticks=[], yticks=range(len(values))
-        )
-        axes.grid(visible=False)
+        bare_rows(axes, len(values), (0.0, max(lengths.max(), 1e-12)))
+        axes.set_yticks(range(len(values)))
         axes.tick_params(length=0.0)
-        axes.spines["bottom"].set_visible(False)
-        figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
-        return drawn(figure, f"{title} error after each step, {unit}")
+        axes.figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
+        return drawn(axes, f"{title} error after each step, {unit}")
 
 
 def speeds(series: pd.DataFrame) -> Html:
@@ -328,7 +315,7 @@ def speeds(series: pd.DataFrame) -> Html:
             axes.vlines(restarts, 0, 1, ROLES["muted"], (0, (1, 3)), transform=axes.get_xaxis_transform(), lw=0.9)
             axes.set_xlim(runs["time"].min(), runs["time"].max())
             axes.grid(visible=False, axis="x")
-            axes.set_title(f"{title} [{unit}]", loc="left", fontsize=12, pad=6)
+            axes.set_title(f"{title} [{unit}]")
             axes.locator_params(axis="y", nbins=5)
             if row < len(SPEEDS):
                 axes.set_xticklabels([])
@@ -358,11 +345,9 @@ def _position_error(axes: Axes, runs: pd.DataFrame) -> None:
 
 def track(series: pd.DataFrame) -> Html:
     """Measured and predicted track, east to the right and north up, predictions restarted every 10 s."""
-    width, height = 460, 420
     runs = rollouts(series)
     north, east = runs["north"].mean(), runs["east"].mean()
-    with canvas(width, height) as figure:
-        axes = panel(figure, 56, 6, width - 62, height - 52)
+    with chart((460, 420), (56, 6, 6, 46)) as axes:
         if "position_band" in runs:
             _discs(axes, runs)
         for role, suffix, thickness in LINES:
@@ -378,7 +363,7 @@ def track(series: pd.DataFrame) -> Html:
             axes.set(xlim=(east - wide, east + wide), ylim=(north - high, north + high))
         axes.locator_params(nbins=6)
         axes.set(xlabel="east [m]", ylabel="north [m]")
-        return drawn(figure, "measured and predicted track")
+        return drawn(axes, "measured and predicted track")
 
 
 def _discs(axes: Axes, runs: pd.DataFrame) -> None:

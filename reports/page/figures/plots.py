@@ -349,7 +349,7 @@ def of_run(findings: Findings, series: "pd.DataFrame", nominal: Vehicle) -> dict
 
     best = force_drawings(convincing(findings, series, nominal)[:1])
     paper = {"style": f"{' '.join(LIGHT.split())} --font: sans-serif; background: var(--card); width: 320px"}
-    return of_findings(findings) | ({"force": element("div", *best, attributes=paper)} if best else {})
+    return of_findings(findings) | ({"force": element("div", *best, **paper)} if best else {})
 
 
 def interval_bar(term: FittedTerm, null: float) -> Html:
@@ -365,5 +365,5 @@ def interval_bar(term: FittedTerm, null: float) -> Html:
     tick = {"x1": absent, "x2": absent, "y1": "1", "y2": f"{_HEIGHT - 1:g}", "stroke": "#d55e00", "stroke-width": "2"}
     disc = {"cx": at, "cy": middle, "r": "4", "fill": "#0072b2"}
     size = {"width": f"{_WIDTH:g}", "height": f"{_HEIGHT:g}", "role": "img", "aria-label": term.in_words}
-    drawn = [element("line", attributes=tick), element("line", attributes=wide), element("circle", attributes=disc)]
-    return element("svg", *drawn, attributes=size)
+    drawn = [element("line", **tick), element("line", **wide), element("circle", **disc)]
+    return element("svg", *drawn, **size)

@@ -25,6 +25,7 @@ BESIDE: Look = {"textcoords": "offset points", "va": "center"}
 """A text beside a place, at the middle of its height."""
 PANEL = (318, 300)
 """Width and height of a drawing [px] of which three stand beside each other on the page."""
+Margins = tuple[int, int, int, int]
 ROLES = {
     "ink": "#010101",
     "muted": "#020202",
@@ -53,6 +54,9 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "axes.axisbelow": True,
     "axes.grid": True,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 12.0,
+    "axes.titlepad": 6.0,
     "axes.unicode_minus": True,
     "grid.color": ROLES["grid"],
     "grid.linewidth": 0.6,
@@ -91,9 +95,35 @@ def panel(figure: Figure, left: float, top: float, width: float, height: float) 
     return figure.add_axes((left / wide, 1.0 - (top + height) / tall, width / wide, height / tall))
 
 
-def drawn(figure: Figure, label: str) -> Html:
+@contextmanager
+def chart(size: tuple[int, int], margins: Margins = (58, 26, 8, 46), *, simplify: bool = True) -> Iterator[Axes]:
+    """The axes of a figure that has no others; see `canvas`.
+
+    Parameters
+    ----------
+    size : width and height [px]
+    margins : what is left free at the left, on top, at the right and at the bottom [px]
+    """
+    (width, height), (left, top, right, bottom) = size, margins
+    with canvas(width, height, simplify=simplify) as figure:
+        yield panel(figure, left, top, width - left - right, height - top - bottom)
+
+
+def bare_rows(axes: Axes, count: int, ends: tuple[float, float]) -> None:
+    """Leave of axes a row for each of some things, the first on top, and the line at their left."""
+    axes.set(ylim=(count - 0.5, -0.5), xlim=ends, xticks=[], yticks=[])
+    axes.grid(visible=False)
+    axes.spines["bottom"].set_visible(False)
+
+
+def beside(axes: Axes, text: str, row: float, shift: float, *, right: bool = False, **look: Any) -> None:
+    """A text at the left end of a row, or at the right one, so far from it [px]."""
+    axes.annotate(text, (float(right), row), (shift, 0), xycoords=axes.get_yaxis_transform(), **BESIDE, **look)
+
+
+def drawn(shown: Figure | Axes, label: str) -> Html:
     """The figure as part of a page; `label` says what it shows, and keeps its names apart from another figure's."""
-    stream = io.StringIO()
+    stream, figure = io.StringIO(), shown.figure if isinstance(shown, Axes) else shown
     with matplotlib.rc_context({"svg.hashsalt": label}):
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return inline(stream.getvalue(), label)
