@@ -248,7 +248,7 @@ def unpacked(
     try:
         found = {}
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            for name, kind in (kinds | {"about": "u"}).items():
+            for name, kind in {**kinds, "about": "u"}.items():
                 found[name] = _plain_array(archive, name, kind, len(content))
         told = parse_json(found.pop("about").tobytes())
     except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:

@@ -331,4 +331,5 @@ def _cannot_tell(others: Iterable[str]) -> str:
 def _correlation(normal: Array) -> Array:
     """Correlation of estimates from their normal matrix."""
     inside, scale = _of_length_one(normal)
-    return _of_length_one(np.linalg.inv(inside + 1e-9 * np.eye(scale.size)))[0]
+    inverse = np.asarray(np.linalg.inv(inside + 1e-9 * np.eye(scale.size)), dtype=float)
+    return _of_length_one(inverse)[0]
