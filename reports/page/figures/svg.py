@@ -131,7 +131,7 @@ def saved(figure: Figure, salt: str, **metadata: str | None) -> str:
 
 def drawn(shown: Figure | Axes, label: str) -> Html:
     """The figure as part of a page; `label` says what it shows, and keeps its names apart from another figure's."""
-    figure = shown.figure if isinstance(shown, Axes) else shown
+    figure: Any = shown.figure if isinstance(shown, Axes) else shown
     return inline(saved(figure, label, Creator=None, Format=None, Type=None), label)
 
 
