@@ -94,7 +94,7 @@ def add(
     prose(" ".join([findings.headline, *findings.reasons]))
     show_calibrated(findings)
     tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
-    show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
+    show(*tables, unnamed_table(findings.unnamed))
     show_steps(findings.steps, findings.candidates, found.comparison)
     prose(also_worse(findings, found.comparison), UNSURE)
     show(energy_text(findings.passivity))

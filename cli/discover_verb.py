@@ -133,8 +133,7 @@ def tell_discovery(
     say("")
     warn(findings.warnings, run.inputs.repairs)
     nominal = run.discovery.nominal
-    for line in terminal.opening_lines(findings, run.comparison, nominal):
-        show(line)
+    show(*terminal.opening_lines(findings, run.comparison, nominal))
     if told == "short":
         if findings.added:
             show(terminal.candidates_table(findings.added, nominal, short=True))
@@ -142,9 +141,7 @@ def tell_discovery(
         _tell_files(out, time.perf_counter() - begun, run, report)
         return
     show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates, nominal))
-    show(terminal.missing_in_words(findings, nominal))
-    if findings.unnamed:
-        show(terminal.unnamed_table(findings.unnamed))
+    show(terminal.missing_in_words(findings, nominal), terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))
     show_calibrated(findings)
     show_steps(findings.steps, findings.candidates, run.comparison)

@@ -1,14 +1,17 @@
 """Markup of the page: its boxes, and its colours on light paper and on a dark screen (Okabe-Ito palette)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib import resources
+from typing import TypeVar
 
 from ...exports import elements
 from ...exports.elements import NOTHING as NOTHING
 from ...exports.elements import Html, render
 from ...exports.elements import escaped as escaped
 from ...exports.elements import table as table
+
+T = TypeVar("T")
 
 
 def element(tag: str, *parts: str, cls: str = "", **attributes: str) -> Html:
@@ -38,6 +41,23 @@ def bullets(texts: Iterable[str]) -> list[Html]:
     """A list of sentences; nothing for none."""
     items = [element("li", text) for text in texts]
     return [element("ul", *items)] if items else []
+
+
+def listed(
+    items: Iterable[T], columns: Mapping[str, Callable[[T], str]], align: str = "l", *, filled: bool = False
+) -> Html:
+    """A table with a row for each of some things; see `table`.
+
+    Parameters
+    ----------
+    columns : what stands in each, by its title
+    filled : leave out columns without any text
+    """
+    cells = {title: [cell(item) for item in items] for title, cell in columns.items()}
+    kept = [k for k, column in enumerate(cells.values()) if not filled or any(column)]
+    sides, every = align.ljust(len(cells), "r"), list(cells.values())
+    rows = zip(*(every[k] for k in kept), strict=True)
+    return table([list(cells)[k] for k in kept], rows, "".join(sides[k] for k in kept))
 
 
 def paragraphs(texts: Iterable[str], cls: str = "facts") -> list[Html]:

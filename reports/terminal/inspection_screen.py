@@ -114,7 +114,7 @@ def fixed_text(inspection: Inspection) -> RenderableType | None:
     if fixed is None:
         return None
     done = section(f"Written to {fixed.path}", bullets(fixed.done or ["nothing had to be put right"]))
-    return stacked([done, section("Not put right; the remedies above tell how", bullets(fixed.left, UNSURE))])
+    return stacked([done, section("Not put right; the remedies above tell how", bullets(fixed.left or (), UNSURE))])
 
 
 def inspections_screen(inspections: Inspections) -> RenderableType:

@@ -1,7 +1,7 @@
 """All models side by side: errors and laws in one picture, then the figures, and what the auditor says of each."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ....comparison.facts import Amount, AuditRecord, ComparedModel, Comparison, Domain, PairedRecord, RulingRecord
 from ....physics.motion import AXES
@@ -10,7 +10,7 @@ from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Roll
 from ... import wording
 from ...run_contents import MARKS, RunFolder, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from ..figures.model_figures import trust
-from ..markup import Html, card, details, element, figure, folded, lines, paragraphs, render, table
+from ..markup import Html, card, details, element, figure, folded, lines, listed, paragraphs, render, table
 from .base import Chapter, Section
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
@@ -177,26 +177,20 @@ def _mean_errors(models: Sequence[ComparedModel]) -> Html:
 
 
 def _differences(differences: Sequence[PairedRecord]) -> list[Html]:
-    rows = []
-    for item in differences:
-        seconds = f", {item.horizon} s" if item.horizon else ""
-        rows.append(
-            (
-                item.model,
-                item.against,
-                f"{item.quantity}, {item.axis}{seconds}",
-                f"{wording.within(item.difference, item.ci95)} {unit_text(item.unit)}",
-                wording.interval(item.ci95),
-                item.verdict,
-                wording.typeset(item.blocks, blank=""),
-            )
-        )
-    head = ("model", "against", "error", "difference", "95 % interval", "verdict", "blocks")
+    columns: dict[str, Callable[[PairedRecord], str]] = {
+        "model": lambda item: item.model,
+        "against": lambda item: item.against,
+        "error": lambda i: f"{i.quantity}, {i.axis}{f', {i.horizon} s' if i.horizon else ''}",
+        "difference": lambda item: f"{wording.within(item.difference, item.ci95)} {unit_text(item.unit)}",
+        "95 % interval": lambda item: wording.interval(item.ci95),
+        "verdict": lambda item: item.verdict,
+        "blocks": lambda item: wording.typeset(item.blocks, blank=""),
+    }
     note = (
         "Blocks: how many stretches of the log, each drawn as a whole, the interval rests on; on two or three it is "
         'rough. "No difference" is one that cannot be told on these rows, not equality.'
     )
-    return [element("p.facts", note), table(head, rows, "lllrrlr")]
+    return [element("p.facts", note), listed(differences, columns, "lllrrlr")]
 
 
 def _marked(value: str, told: PairedRecord | None) -> str:
@@ -249,26 +243,15 @@ def laws(run: RunFolder) -> Section | None:
 
 
 def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
-    rows = [
-        (
-            law.law,
-            element("b", SIGNS.get(law.outcome, law.outcome), cls=law.outcome),
-            _amount(law.margin),
-            _amount(law.worst),
-            "" if law.proof in (None, "none") else law.proof,
-            _words(law, units),
-        )
-        for law in _ordered(told)
-    ]
-    head = (
-        "law",
-        "verdict",
-        "margin",
-        "worst value",
-        "how it is known",
-        "in words, and where it is nearest to breaking",
-    )
-    return element("div.wordy", table(head, rows, "llrrll"))
+    columns: dict[str, Callable[[RulingRecord], str]] = {
+        "law": lambda law: law.law,
+        "verdict": lambda law: element("b", SIGNS.get(law.outcome, law.outcome), cls=law.outcome),
+        "margin": lambda law: _amount(law.margin),
+        "worst value": lambda law: _amount(law.worst),
+        "how it is known": lambda law: "" if law.proof in (None, "none") else law.proof,
+        "in words, and where it is nearest to breaking": lambda law: _words(law, units),
+    }
+    return element("div.wordy", listed(_ordered(told), columns, "llrrll"))
 
 
 def _ordered(told: Sequence[RulingRecord]) -> list[RulingRecord]:

@@ -1,8 +1,9 @@
 """Equations and numbers, and where they come from: corrected model, parameters, energy, log, how the page was made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ....discovery.findings import Calibrated
 from ....exports import elements as mathml
 from ....exports.known_facts import UNITS, letters
 from ....measurements.inspection import Inspection
@@ -14,7 +15,7 @@ from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ...sureness import known_intervals, vehicle_value
 from ...wording import absorbed_sentence, energy_lines, energy_verdict, interval, trimmed
-from ..markup import Html, bullets, card, details, element, paragraphs, render, table
+from ..markup import Html, bullets, card, details, element, listed, paragraphs, render, table
 from .base import Chapter, Section
 
 Intervals = Mapping[str, tuple[float, float]]
@@ -154,18 +155,15 @@ def parameter_table(run: RunFolder) -> Section:
 def calibrated(run: RunFolder) -> Section | None:
     """The parameters that were calibrated while effects were judged, those that were not, and why."""
     found = run.findings
-    rows = [
-        (
-            item.symbol,
-            trimmed(item.before),
-            element("b", trimmed(item.after)),
-            "at its limit" if item.at_limit else interval(item.ci95) + " *" * item.held_by_law,
-            unit_text(item.unit),
-        )
-        for item in found.calibrated
-    ]
-    if not rows:
+    if not found.calibrated:
         return None
+    columns: dict[str, Callable[[Calibrated], str]] = {
+        "symbol": lambda item: item.symbol,
+        "nominal": lambda item: trimmed(item.before),
+        "calibrated": lambda item: element("b", trimmed(item.after)),
+        "95 % interval": lambda i: "at its limit" if i.at_limit else interval(i.ci95) + " *" * i.held_by_law,
+        "unit": lambda item: unit_text(item.unit),
+    }
     notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
     notes += filter(None, [absorbed_sentence(found.absorbed)])
     if any(item.held_by_law for item in found.calibrated):
@@ -174,8 +172,7 @@ def calibrated(run: RunFolder) -> Section | None:
         "These parameters were free in every model, so that a number that is merely wrong is not taken for an effect "
         "that is missing."
     )
-    head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
-    inner = [element("p.facts", text), table(head, rows, "lrrll"), *bullets(notes)]
+    inner = [element("p.facts", text), listed(found.calibrated, columns, "lrrll"), *bullets(notes)]
     return Section("Calibrated parameters", card(*inner))
 
 

@@ -1,6 +1,6 @@
 """The first chapters of the report page: the verdict, the error falling step by step, what is missing and to record."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ....discovery.effect_findings import EffectFinding, FittedTerm
 from ....discovery.findings import Advice
@@ -15,7 +15,7 @@ from ...wording import cut, effect_words, interval, risen, step_words, twins, ty
 from .. import outcome
 from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
 from ..figures.model_figures import step_bars
-from ..markup import Html, card, details, element, figure, folded, lines, paragraphs, render, table
+from ..markup import Html, card, details, element, figure, folded, lines, listed, paragraphs, render, table
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -201,32 +201,29 @@ def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
 
 def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
     """Effects with their verdicts, values, 95 % intervals, and what each is worth, a row each."""
-    rows = []
-    for item in candidates:
-        numbers, verdict = sureness.file_numbers(item, nominal), item.verdict
-        rows.append(
-            (
-                effect_words(item),
-                element(
-                    "span", sureness.verdict_word(item), cls=f"tag {verdict}" if verdict != "no evidence" else "tag"
-                ),
-                sureness.odds(item),
-                lines(f"{one.symbol} = {one.amount()}" for one in numbers),
-                lines(interval(one.ci95) for one in numbers),
-                lines(one.filed() for one in numbers if any(each.filed() for each in numbers)),
-                sureness.comes_back(item),
-                lines(twins(item)),
-            )
-        )
-    head = (
-        *("effect", "verdict", "sure", "value", "95 % interval", "in the file"),
-        sureness.BACK,
-        "not to be told from",
-    )
-    filled = [k for k in range(len(head)) if any(row[k] for row in rows)]
-    return table(
-        [head[k] for k in filled], [[row[k] for k in filled] for row in rows], "".join(_ALIGNED[k] for k in filled)
-    )
+
+    def numbers(item: EffectFinding) -> list[sureness.FileNumber]:
+        return sureness.file_numbers(item, nominal)
+
+    columns: dict[str, Callable[[EffectFinding], str]] = {
+        "effect": effect_words,
+        "verdict": lambda item: element("span", sureness.verdict_word(item), cls=_tag(item.verdict)),
+        "sure": sureness.odds,
+        "value": lambda item: lines(f"{one.symbol} = {one.amount()}" for one in numbers(item)),
+        "95 % interval": lambda item: lines(interval(one.ci95) for one in numbers(item)),
+        "in the file": lambda item: _in_the_file(numbers(item)),
+        sureness.BACK: sureness.comes_back,
+        "not to be told from": lambda item: lines(twins(item)),
+    }
+    return listed(candidates, columns, _ALIGNED, filled=True)
+
+
+def _tag(verdict: str) -> str:
+    return f"tag {verdict}" if verdict != "no evidence" else "tag"
+
+
+def _in_the_file(numbers: Sequence[sureness.FileNumber]) -> Html:
+    return lines(one.filed() for one in numbers if any(each.filed() for each in numbers))
 
 
 def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:

@@ -1,6 +1,6 @@
 """Where models fail and agree: maps, regimes, times and the structure of errors; measured against predicted motion."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -32,7 +32,7 @@ from ..figures.error_figures import (
 from ..figures.model_figures import speeds, track
 from ..figures.svg import HEAT
 from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch, regime_rows
-from ..markup import Html, card, element, enlargeable, figure, lines, render, table
+from ..markup import Html, card, element, enlargeable, figure, lines, listed, render
 from .base import Chapter, Section
 from .verdict import ARROW, legend
 
@@ -121,65 +121,47 @@ def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
     if not places:
         text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
         return element("p.facts", text)
-    rows = [
-        (
-            place.model,
-            place.where,
-            place.axis,
-            percent(place.share_of_error),
-            f"{place.rows} rows" if place.share_of_rows is None else percent(place.share_of_rows),
-            _fall(place),
-            _removed(place),
-        )
-        for place in places
-    ]
-    head = (
-        "model",
-        "where its error gathers",
-        "axis",
-        "share of the error",
-        "of the time",
-        "error there",
-        "removed by",
-    )
+    columns: dict[str, Callable[[FailingPlace], str]] = {
+        "model": lambda place: place.model,
+        "where its error gathers": lambda place: place.where,
+        "axis": lambda place: place.axis,
+        "share of the error": lambda place: percent(place.share_of_error),
+        "of the time": lambda p: f"{p.rows} rows" if p.share_of_rows is None else percent(p.share_of_rows),
+        "error there": _fall,
+        "removed by": _removed,
+    }
     note = (
         "A regime is told when one half of the log proposes it and the other half agrees. An effect is named when "
         "adding it removes error there on held-out rows too; the percentage is of the squared error, and "
         "'more than all' where other effects, alone, would add to it."
     )
-    return element("div.card", table(head, rows, "lllrrrl"), element("p.facts", f"{whose} {note}".lstrip()))
+    return card(listed(places, columns, "lllrrrl"), element("p.facts", f"{whose} {note}".lstrip()))
 
 
 def _times(structure: Sequence[Structure]) -> Html:
     """The stretches of time with the largest error."""
-    linked = any(place.removed_by or place.unlinked for one in structure for place in one.segments)
-    rows = [
-        (
-            one.model,
-            f"{place.begin:.0f} to {place.end:.0f} s".replace(" ", NARROW) + f", log {place.log + 1}" * bool(place.log),
-            place.doing,
-            place.axis,
-            percent(place.share_of_error),
-            _fall(place),
-            *[_removed(place)] * linked,
-        )
-        for one in structure
-        for place in one.segments
-    ]
-    if not rows:
+    found = [(one.model, place) for one in structure for place in one.segments]
+    if not found:
         return Html("")
-    head = (
-        "model",
-        "when",
-        "what the boat was doing",
-        "axis",
-        "share of the error",
-        "error then",
-        *["removed by"] * linked,
-    )
-    unseen = "An effect is named where adding it removes the error of seconds that it was not fitted to."
-    note = [element("p.facts", unseen)] * linked
-    return card(element("h3", "The worst seconds"), table(head, rows, "llllrrl"), *note)
+    columns: dict[str, Callable[[tuple[str, FailingSeconds]], str]] = {
+        "model": lambda one: one[0],
+        "when": lambda one: _span(one[1]),
+        "what the boat was doing": lambda one: one[1].doing,
+        "axis": lambda one: one[1].axis,
+        "share of the error": lambda one: percent(one[1].share_of_error),
+        "error then": lambda one: _fall(one[1]),
+    }
+    note = []
+    if any(place.removed_by or place.unlinked for _, place in found):
+        columns["removed by"] = lambda one: _removed(one[1])
+        unseen = "An effect is named where adding it removes the error of seconds that it was not fitted to."
+        note = [element("p.facts", unseen)]
+    return card(element("h3", "The worst seconds"), listed(found, columns, "llllrrl"), *note)
+
+
+def _span(place: FailingSeconds) -> str:
+    log = f", log {place.log + 1}" * bool(place.log)
+    return f"{place.begin:.0f} to {place.end:.0f} s".replace(" ", NARROW) + log
 
 
 def _structure(structure: Sequence[Structure]) -> Html:

@@ -210,9 +210,9 @@ def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
         return drawn(axes, f"{axis} error by heading")
 
 
-def _title(axes: Axes, axis: str, unit: str) -> None:
+def _title(axes: Axes, axis: str, unit: str, pad: int = 5) -> None:
     """An axis of the boat and a unit over a small drawing."""
-    axes.set_title(f"{axis} [{unit_text(unit)}]", fontsize=11, color=ROLES["muted"], pad=5)
+    axes.set_title(f"{axis} [{unit_text(unit)}]", fontsize=11, color=ROLES["muted"], pad=pad)
 
 
 def _broken(values: Array, gap: NDArray[np.intp]) -> Array:
@@ -349,7 +349,7 @@ def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Ma
             axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
             axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
             axes.locator_params(axis="y", nbins=3)
-            _title(axes, str(axis), rows["unit"].iloc[0])
+            _title(axes, str(axis), rows["unit"].iloc[0], pad=4)
             if row == 2:
                 _regime_labels(axes, rows)
         figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)

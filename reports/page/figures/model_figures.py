@@ -1,6 +1,5 @@
 """Drawings of models: errors and laws, errors by horizon and step, speeds and tracks beside the measured ones."""
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,7 +20,7 @@ from ...run_contents import Rival
 from ...wording import cut
 from ..judged_pieces import rollouts
 from ..markup import Html
-from .svg import BESIDE, ROLES, Look, bare_rows, canvas, chart, drawn, panel
+from .svg import BESIDE, ROLES, Look, bare_rows, canvas, chart, drawn, panel, saved
 
 ROW = 40
 """Height of a model [px]: its name, and marks above each other that can be told apart."""
@@ -195,13 +194,7 @@ def _apart(places: Sequence[float], tall: float) -> list[float]:
     return [min(place + lift, tall) for place in found] if len(found) * GROWTH_LINE <= tall else found
 
 
-_LOOK: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "undertow control",
-    "font.size": 10.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-}
+_LOOK: dict[Any, Any] = {"font.size": 10.0, "axes.spines.top": False, "axes.spines.right": False}
 _WANTED, _FIRST, _PERFECT = "0.8", "tab:red", "0.15"
 """Colours of what was wanted, of the first model and of the perfect one, as in the plots of a run."""
 _OTHERS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
@@ -228,9 +221,7 @@ def track_figure(record: ControlRecord, passages: Mapping[tuple[str, str], Passa
         FigureCanvasSVG(figure)
         for place, track in enumerate(tracks):
             _draw(figure.add_subplot(tall, wide, place + 1), record, track, passages)
-        stream = io.StringIO()
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": "undertow control"})
-    return stream.getvalue()
+        return saved(figure, "undertow control", Creator="undertow control")
 
 
 def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple[str, str], Passage]) -> None:

@@ -1,13 +1,11 @@
 """Plots of a run for a notebook: matplotlib axes of the caller's choice, and a slider that predicts anew."""
 
-import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -34,6 +32,7 @@ from ..markup import LIGHT, NOTHING, Html, element
 from ..outcome import Hero, hero
 from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
+from .svg import saved
 
 _LINES = (("measured", "", MEASURED, 4.0), ("nominal", "_before", BEFORE, 1.0), ("corrected", "_after", AFTER, 1.0))
 """What a line is of, the ending of its columns, its colour and its width."""
@@ -198,8 +197,6 @@ _PREDICTED = ("north", "east", "psi", "u", "v", "r")
 """The states of a prediction."""
 _STEPS = 200
 """Places of the slider between its ends, as on the page."""
-_LOOK: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "undertow slider"}
-"""Letters stay letters, and one value has one picture, byte for byte."""
 _HOW = f"a slider stands here where ipywidgets is: {how_to_install('notebook')}"
 
 
@@ -269,13 +266,11 @@ class PredictionSlider(Card):
             rows = piece.rows.drop(columns=BANDS, errors="ignore")  # no band of a model that is moved by hand
             predicted = {f"{name}_after": column for name, column in zip(_PREDICTED, states.T, strict=True)}
             moved.append(rows.assign(**predicted))
-        stream = io.StringIO()
-        with matplotlib.rc_context(_LOOK):
-            figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-            FigureCanvasAgg(figure)
-            self.draw(pd.concat(moved), list(figure.subplots(3, 1, sharex=True)))
-            figure.savefig(stream, format="svg", metadata={"Date": None})
-        return Html(stream.getvalue()[stream.getvalue().index("<svg") :])
+        figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+        FigureCanvasAgg(figure)
+        self.draw(pd.concat(moved), list(figure.subplots(3, 1, sharex=True)))
+        text = saved(figure, "undertow slider")
+        return Html(text[text.index("<svg") :])
 
     def widget(self) -> Any:
         """The slider of ipywidgets over the card, which is drawn anew wherever it is let go.

@@ -121,12 +121,18 @@ def beside(axes: Axes, text: str, row: float, shift: float, *, right: bool = Fal
     axes.annotate(text, (float(right), row), (shift, 0), xycoords=axes.get_yaxis_transform(), **BESIDE, **look)
 
 
+def saved(figure: Figure, salt: str, **metadata: str | None) -> str:
+    """The text of a figure as a file of SVG: letters stay letters, and one picture has one text, byte for byte."""
+    stream = io.StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": salt}):
+        figure.savefig(stream, format="svg", metadata={"Date": None, **metadata})
+    return stream.getvalue()
+
+
 def drawn(shown: Figure | Axes, label: str) -> Html:
     """The figure as part of a page; `label` says what it shows, and keeps its names apart from another figure's."""
-    stream, figure = io.StringIO(), shown.figure if isinstance(shown, Axes) else shown
-    with matplotlib.rc_context({"svg.hashsalt": label}):
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return inline(stream.getvalue(), label)
+    figure: Any = shown.figure if isinstance(shown, Axes) else shown
+    return inline(saved(figure, label, Creator=None, Format=None, Type=None), label)
 
 
 def inline(text: str, label: str) -> Html:
