@@ -6,7 +6,7 @@ One half of the log proposes them by a regression tree (Breiman et al. 1984, sec
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -184,28 +184,40 @@ class Failure:
     def place(self, stage: Scene, model: str) -> FailingPlace:
         """As `comparison.json` has a place, without what becomes of the error."""
         usable = np.isfinite(stage.error[:, self.axis])
+        rmse, share = self._size(stage, self.rows & usable)
         inside = int((self.rows & usable).sum())
-        share = round(float(inside / usable.sum()), 4)
         return FailingPlace(
-            model=model, where=self.where, rows=inside, share_of_rows=share, **self._size(stage, self.rows & usable)
+            model=model,
+            where=self.where,
+            axis=AXES[self.axis],
+            share_of_error=share,
+            share_of_rows=round(float(inside / usable.sum()), 4),
+            rows=inside,
+            rmse=rmse,
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
         )
 
     def seconds(self, stage: Scene) -> FailingSeconds:
         """As `comparison.json` has some seconds, without what removes their error."""
         index = np.flatnonzero(self.rows)
         begin, end = (round(float(time), 2) for time in stage.column("time")[index[[0, -1]]])
-        log, said = int(stage.log[index[0]]), doing(stage, self.rows)
-        return FailingSeconds(log=log, begin=begin, end=end, doing=said, **self._size(stage, self.rows))
+        rmse, share = self._size(stage, self.rows)
+        return FailingSeconds(
+            log=int(stage.log[index[0]]),
+            begin=begin,
+            end=end,
+            axis=AXES[self.axis],
+            rmse=rmse,
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
+            share_of_error=share,
+            doing=doing(stage, self.rows),
+        )
 
-    def _size(self, stage: Scene, inside: NDArray[np.bool_]) -> dict[str, Any]:
-        """The axis, the error in the rows, and its share of that of all rows."""
+    def _size(self, stage: Scene, inside: NDArray[np.bool_]) -> tuple[float, float]:
+        """Root mean square error in the rows, and their share of the squared error of all."""
         squares = squared(stage.error[:, self.axis])
-        return {
-            "axis": AXES[self.axis],
-            "rmse": round(float(np.sqrt(squares[inside].mean())), 6),
-            "unit": ACCELERATION_UNITS[AXES[self.axis]],
-            "share_of_error": round(float(squares[inside].sum() / squares.sum()), 4),
-        }
+        share = float(squares[inside].sum() / squares.sum())
+        return round(float(np.sqrt(squares[inside].mean())), 6), round(share, 4)
 
 
 def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
