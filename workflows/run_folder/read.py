@@ -342,7 +342,7 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
             "'undertow discover LOG --vehicle V --out RUN'"
         )
     try:
-        made = RunOrigin.read(content, path, REMEDY)
+        made = RunOrigin.read({"schema": RunOrigin.SCHEMA, **content}, path, REMEDY)  # the first runs name none
     except RequestError:
         paths, *how = (shown(content.get(name)) for name in ("logs", "frame", "channel_map", "namespace"))
         raise RequestError(
