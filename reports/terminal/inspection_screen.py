@@ -132,7 +132,7 @@ def inspections_screen(inspections: Inspections) -> RenderableType:
         Prose(str(inspections.verdict), style_of(quality)),
         *quality_parts(quality),
         plain_table("Each log by itself", "inspect one LOG for all about it", columns, rows),
-        section("Notes", bullets(inspections.notes)),
+        section("Notes", bullets(inspections.notes or ())),
     ]
     return stacked(parts)
 
