@@ -8,7 +8,6 @@ own residual with random places and signs, keep the budget.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -89,7 +88,7 @@ class Alarm:
     half: float
 
 
-def candidate_onsets(last: Any, first: np.ndarray, spacing: Sequence[tuple[int, int]]) -> np.ndarray:
+def candidate_onsets(last: int | np.ndarray, first: np.ndarray, spacing: Sequence[tuple[int, int]]) -> np.ndarray:
     """Which onsets of a change are thought of: every one of late, and ever fewer the longer ago.
 
     Parameters

@@ -10,7 +10,7 @@ from ...log import Log
 from ..axes import track_of
 from ..faults import FEWEST, Fault, Kind, Share, Size
 from ..record import QUICK_ROW, Check, Finding, Found, Reach, Record
-from .positions import fixes_of
+from .late import fixes_of
 
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (

@@ -16,7 +16,7 @@ from places import ROOT
 from undertow.measurements.canonical import Channel, Output
 from undertow.measurements.inspection import CHECKS, examine, inspect_log, inspect_logs, pool, verdict
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.quality.checks.positions import fixes_of
+from undertow.measurements.quality.checks.late import fixes_of
 from undertow.measurements.quality.checks.sides import SIDES
 from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import SEVERITY, Finding, Record

@@ -14,7 +14,7 @@ from places import ROOT
 from undertow.measurements.inspection import examine, inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.quality.checks.commands import NEUTRAL
+from undertow.measurements.quality.checks.neutral import NEUTRAL
 from undertow.measurements.quality.record import Finding, Record
 from undertow.measurements.statistics.blocks import surely_more
 from undertow.physics.errors import LogError, VehicleError

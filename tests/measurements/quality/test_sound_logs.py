@@ -11,8 +11,8 @@ from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.preparation.resampling import jumps_of
 from undertow.measurements.quality.checks import sensors
+from undertow.measurements.quality.checks.compass_deviation import DEVIATION
 from undertow.measurements.quality.checks.limited import _beyond
-from undertow.measurements.quality.checks.sensors import DEVIATION
 from undertow.measurements.quality.checks.spikes import SPIKES
 from undertow.measurements.quality.checks.stuck import STUCK
 from undertow.measurements.quality.faults import (

@@ -1,7 +1,6 @@
-"""Checks of positions: fixes that come late, fixes that are held from row to row, and positions that jump.
+"""Check of late fixes: one that is a row late makes the boat stop, then leap.
 
-A fix that is a row late makes the boat stop, then leap; a receiver of 5 Hz on a grid of 10 Hz repeats itself. Where
-positions jump, and stay or leave for a while, the log is cut, and what comes after is sound.
+Also the fixes in a record of positions: when they came, how far the boat went between, and when they were taken.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import Channel
-from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
 from ...statistics.signals import noise_of_differences
 from ..record import Channels, Check, Finding, Fix, Found, Reach, Record
 
@@ -297,78 +295,3 @@ def _row(channels: Channels, fixes: Fixes) -> float:
 
 
 LATE_FIXES = Check("late fixes", _late)
-
-
-def _held(records: Sequence[Record]) -> Found:
-    """Count how often a position is new."""
-    if not any({"x", "y"} <= set(record.log.channels) for record in records):
-        return []
-    finding = partial(Finding, check="held fixes", channels=("x", "y"))
-    every = [fixes_of(record.log.channels) for record in records]
-    found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
-    if not found:
-        text = "the boat moves too little to tell how often its position is measured"
-        return finding(verdict="cannot tell", sentence=text)
-    digit = max(fixes.digit for fixes in found)
-    if digit > 0.0:
-        text = f"positions are rounded to {digit:.2g} m, as far as the boat goes from one new position to the next"
-        return finding(
-            verdict="note",
-            sentence=f"{text}: how often they are measured cannot be told",
-            value=digit,
-            unit="m",
-            consequence="a speed made of them is as coarse",
-            remedy="log positions to the centimetre, or log speeds",
-        )
-    beat, step, rows = np.median([(fixes.beat, fixes.step, fixes.rows) for fixes in found], axis=0).tolist()
-    finding = partial(finding, value=1.0 / beat, unit="Hz")
-    if rows < 2:
-        return finding(verdict="ok", sentence=f"positions are new in every row, {1.0 / beat:.3g} a second")
-    return finding(
-        verdict="warning",
-        sentence=f"positions are measured {1.0 / beat:.3g} times a second and held in between, over "
-        f"{rows:.0f} rows of {step:.3g} s",
-        consequence="a speed taken from row to row is zero, then too large",
-        remedy="use a position only where it is new",
-        fix=Fix(
-            "rows that repeat a position dropped from x and y",
-            partial(at_fixes, taken=lambda fixes: fixes.time),
-        ),
-        short=f"positions are held over {rows:.0f} rows",
-    )
-
-
-HELD_FIXES = Check("held fixes", _held)
-
-
-def _jumps(records: Sequence[Record]) -> Found:
-    """Tell jumps of the position: what steps farther than the boat can go.
-
-    One finding for all jumps, none without positions.
-    """
-    if not any({"x", "y"} <= set(record.log.channels) for record in records):
-        return []
-    found = [(record, jumps) for record in records if (jumps := jumps_of(record.log.channels))]
-    if not found:
-        return Finding(check="jumps", verdict="ok", sentence="the positions never jump", channels=("x", "y"))
-    every = [jump for _, jumps in found for jump in jumps]
-    fix = None
-    if len(records) == 1:
-        words = "no position is kept where they jump, so that the log is cut into stretches"
-        fix = Fix(words, partial(without_jumps, jumps=every))
-    return Finding(
-        check="jumps",
-        verdict="warning",
-        sentence=jumps_in_words(every),
-        value=max(jump.size for jump in every),
-        unit="m",
-        channels=("x", "y"),
-        consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
-        "cut there into stretches, and no motion goes across",
-        fix=fix,
-        short=jumps_in_words(every[:1]),
-        reach=Reach.SECONDS,
-    )
-
-
-JUMPS = Check("jumps", _jumps)
