@@ -51,6 +51,10 @@ _FOCUS = """() => {
 }"""
 
 
+_GLANCES = 20
+"""How often the focus is looked at, 50 ms apart, until it is drawn and scrolled to: a busy machine does that late."""
+
+
 class Focus(NamedTuple):
     """What the Tab key came to: its HTML, the contrast of the outline about it (0: none), whether that is in view."""
 
@@ -65,7 +69,7 @@ def tab_through(page: Any, most: int = 400) -> tuple[list[Focus], list[str]]:
     found, reached = [], set()
     for _ in range(most):
         page.keyboard.press("Tab")
-        now = page.evaluate(_FOCUS)
+        now = _focus(page)
         if now is None or now["stop"] < 0:  # beyond the end, from where the next press comes to the top, or drawn anew
             continue
         if now["stop"] in reached:
@@ -74,6 +78,17 @@ def tab_through(page: Any, most: int = 400) -> tuple[list[Focus], list[str]]:
         found.append(Focus(now["told"], now["contrast"], now["seen"]))
     missed = [k for k in range(count) if k not in reached]
     return found, page.evaluate("some => some.map(k => window.told(window.stops[k]))", missed)
+
+
+def _focus(page: Any) -> dict[str, Any] | None:
+    """What has the focus, as soon as its outline is drawn and in view, or as it is at last."""
+    now = None
+    for _ in range(_GLANCES):
+        now = page.evaluate(_FOCUS)
+        if now is None or now["stop"] < 0 or (now["seen"] and now["contrast"] >= 3.0):
+            break
+        page.wait_for_timeout(50)
+    return now
 
 
 def nameless(page: Any) -> list[str]:

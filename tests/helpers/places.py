@@ -1,6 +1,7 @@
 """Where the repository lies, whatever folder a test stands in, and the logs that may lie beside it."""
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -8,9 +9,23 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def crowding() -> float:
-    """How many programs want each processor, at least one: what takes a second alone takes so many times as long."""
-    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+_LOOP = compile("total = 0\nfor step in range(1_000_000): total += step", "<loop>", "exec")
+_COMMON = 0.075
+"""Seconds that this loop takes a common machine of two cores that does nothing else."""
+
+
+def slowness() -> float:
+    """How many times as long as on a common machine that does nothing else a second's work takes here and now.
+
+    The product of two: how many programs want each processor, and how long a bare loop takes, the quickest of five.
+    A machine that is quicker counts as a common one, so no limit is below what is promised.
+    """
+    took = []
+    for _ in range(5):
+        begun = time.perf_counter()
+        exec(_LOOP, {})
+        took.append(time.perf_counter() - begun)
+    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)) * max(1.0, min(took) / _COMMON)
 
 
 def shared(name: str) -> Path:
