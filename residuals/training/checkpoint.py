@@ -201,10 +201,13 @@ class CheckpointSelector:
     held_out : validation part, whose rollouts rank the epochs
     auditor : None for one who asks nothing
     lawful : whether epochs that break the laws stand behind the others, see `history.best_epochs`
+    alone : whether epoch 0 is the vehicle alone, and stands behind the others that are as lawful
     """
 
-    def __init__(self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, lawful: bool) -> None:
-        self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
+    def __init__(
+        self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, *, lawful: bool, alone: bool
+    ) -> None:
+        self.model, self.held_out, self.auditor, self.lawful, self.alone = model, held_out, auditor, lawful, alone
         self._against: list[Array] = []
         self._silent = True
 
@@ -261,17 +264,18 @@ class CheckpointSelector:
         The errors are those of one step and of rollouts; the weights of the best are then loaded.
         """
         told = {epoch.number: epoch for epoch in history}
-        best = best_epochs(history, lawful=self.lawful)
+        best = best_epochs(history, lawful=self.lawful, alone=self.alone)
         alone = VehicleModel(self.model.vehicle, "alone")
         unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
-        def error(number: int) -> tuple[bool, float]:
+        def rank(number: int) -> tuple[bool, bool, float]:
             self.model.network.load_state_dict(_of(kept, number))
             unlawful = self.lawful and told[number].violating > 0.0
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
-            return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
+            error = told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
+            return unlawful, self.alone and number == 0, error
 
-        result = sorted(best, key=error)
+        result = sorted(best, key=rank)
         self.model.network.load_state_dict(_of(kept, result[0]))
         return result
 
