@@ -94,7 +94,7 @@ def _name(model: ComparedModel) -> Text:
 
 
 def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks) -> RenderableType:
-    """The mean absolute errors are the first to go where it is narrow."""
+    """Where it is narrow the mean absolute errors go first, then the shares explained."""
     heads = [f"{axis}\n{error}\n{unit_text(ACCELERATION_UNITS[axis])}" for error in ("RMSE", "MAE") for axis in AXES]
     heads += [f"{axis}\nR²" for axis in AXES]
     rows = []
@@ -103,7 +103,7 @@ def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks)
         errors = [_marked(found.rmse.of(axis), verdict) for axis, verdict in zip(AXES, marks, strict=True)]
         means, shares = ([of(one.of(axis)) for axis in AXES] for of, one in ((number, found.mae), (_share, found.r2)))
         rows.append((_name(model), *errors, *means, *shares))
-    columns, kept = [_model_column(), *layout.number_columns(*heads)], [range(10), (0, 1, 2, 3, 7, 8, 9)]
+    columns, kept = [_model_column(), *layout.number_columns(*heads)], [range(10), (0, 1, 2, 3, 7, 8, 9), range(4)]
     return layout.fitting(f"Acceleration on {where}", "", columns, rows, kept)
 
 
@@ -122,7 +122,8 @@ def _predictions(models: Sequence[ComparedModel], where: str, verdicts: Marks) -
     return table
 
 
-def _laws_and_size(models: Sequence[ComparedModel]) -> Table:
+def _laws_and_size(models: Sequence[ComparedModel]) -> RenderableType:
+    """Where it is narrow the numbers fitted and the times go."""
     domains = [model.domain or Domain() for model in models]
     within, outside = domains[0].inside.rows, domains[0].outside.rows
     beyond = outside > 0
@@ -144,7 +145,9 @@ def _laws_and_size(models: Sequence[ComparedModel]) -> Table:
         )
         for model, domain in zip(models, domains, strict=True)
     ]
-    return layout.plain_table("Laws, size and range", caption * beyond, columns, rows)
+    places = range(len(columns))
+    outside_alone = [k for k in places if k < 2 or k > 2 + 2 * timed]
+    return layout.fitting("Laws, size and range", caption * beyond, columns, rows, [places, outside_alone])
 
 
 def _intervals(models: Sequence[ComparedModel]) -> Table | None:

@@ -243,6 +243,7 @@ BROKEN = {
     "broken Parquet": (b"PAR1 and nothing else", "a broken Parquet file"),
     "another header": (b"a,b\n1,2\n", "got the header 'a,b'; expected a CSV"),
     "ragged rows": (b"t,u\n0,1\n1,2,3,4\n", "not a readable table"),
+    "no time": (b"t,u\n,1\n,2\n", "column 't' holds no numbers and no instants, got empty cells"),
     "words as time": (b"t,u\nnoon,1\nnight,2\n", "column 't' holds no numbers and no instants, got 'noon'"),
     "no known channel": (b"t,foo\n0,1\n", "no channel is recognised among foo; expected names like x y psi"),
     "a channel of NaN": (b"t,u,v\n0,,1\n1,nan,2\n", r"u \(u\) holds no number in any of its 2 rows"),

@@ -197,7 +197,7 @@ class _Clock:
         column = part[self._clock.name]
         if isinstance(column.dtype, pd.CategoricalDtype):
             column = column.astype(column.cat.categories.dtype)
-        self._cell = self._cell or shown(column.iloc[0])
+        self._cell = self._cell or next(map(shown, column.dropna()), "")
         self._daily = False
         words = not pd.api.types.is_numeric_dtype(column) and pd.api.types.is_string_dtype(column)
         if words and not np.isfinite(numbers_of(column)).any():
@@ -221,8 +221,9 @@ class _Clock:
         first = np.fmin.reduce(self._firsts)
         if np.isnan(first):
             raise LogError(
-                f"{self._path}: column '{self._clock.name}' holds no numbers and no instants, got {self._cell}; write "
-                "seconds, or instants as ISO 8601 has them (2026-05-01T14:03:07.25Z)."
+                f"{self._path}: column '{self._clock.name}' holds no numbers and no instants, got "
+                f"{self._cell or 'empty cells'}; write seconds, or instants as ISO 8601 has them "
+                "(2026-05-01T14:03:07.25Z)."
             )
         return first
 
