@@ -2,7 +2,7 @@
 
 A name is true where it is hidden, or a fair part of the cause. The facts of its claim are those that
 `through_the_verb.py` keeps, their features those of `discovery/judgement.py`; the odds are bounded logistic models,
-one of each judge, with as few features as earn their place on causes not seen by the fit (`study/fitted_odds.py`).
+one of each judge, drawn towards that of all names as causes not seen by the fit ask (`study/fitted_odds.py`).
 
     python benchmarks/odds.py [--studies NAME]... [--write] [--stale] [--folder FOLDER]
 
@@ -138,7 +138,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     content = rounded({**models, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
     own = log_score(found.own, names.true)
-    print(f"\nprice of weights {found.price:g}; log score on the names of the fit {own:.4f}\n")
+    common, apart = found.price
+    print(
+        f"\nprice of weights {common:g}, of differences from them {apart:g}; log score on the fit's names {own:.4f}\n"
+    )
     print(report(names, found.odds))
     scores = [("without", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
     for clear in CLEAR:

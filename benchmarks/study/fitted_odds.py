@@ -1,7 +1,9 @@
 """A logistic model of the facts of claims: bounded, cross-validated over causes, and no larger than it has to be.
 
 What speaks for a name may only raise its odds and a doubt only lower them (`judgement.SUPPORT`), so that no weight is a
-clever correction of another. Whole causes are left out in turn: a cause is never in both halves.
+clever correction of another. Each judge has weights of its own, drawn towards those of all names (partial pooling:
+Gelman and Hill 2007, chapter 12): rollouts judge a fifth of the names, and of some doubts they have met none or six.
+Whole causes are left out in turn: a cause is never in both halves.
 """
 
 from collections import Counter
@@ -19,9 +21,9 @@ from .records import Record
 from .scoring import bare, claim_of, kind_of_world, log_score
 
 Array = NDArray[np.float64]
-RIDGES = (1e-4, 1e-3, 3e-3)
-"""Prices of a squared weight, of features in units of their deviation; cross-validation takes one. A price of 1e-2 and
-more told 90 % of names of which all were true."""
+PRICES = tuple((common, own) for common in (1e-3, 3e-3, 1e-2) for own in (1e-2, 3e-2, 0.1, 0.3))
+"""Prices of a squared weight, of features in units of their deviation, and of a squared difference between a judge's
+weight and that of all names; cross-validation takes one pair."""
 FOLDS = 5
 FEATURES = (
     *("rollout_worth", "clear", "unlike", "substitute", "at_limit", "out_of_step"),
@@ -41,8 +43,6 @@ LIMITS = {
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
 below, a size above (companions: two that are not clear at all); of a test that is not here, half of its whole."""
 JUDGES = ("forces", "rollouts")
-LEAST = 100
-"""Names that a judge has a model of its own from: ten for each number. With fewer it takes that of all names."""
 _HALF = 0.5
 _CLOSE = 1e-7
 """Share of the loss by which a last step lowers it: far less than any feature earns."""
@@ -139,17 +139,22 @@ def fit(
     columns: Sequence[str],
     features: Array,
     true: NDArray[np.bool_],
-    ridge: float,
+    price: float,
     share: Array | float = 1.0,
+    *,
+    scale: Array | None = None,
+    about: Array | None = None,
 ) -> Array:
     """Intercept and weights (1 + features,) of least mean log loss, a price on squared weights, signs bounded.
 
     Parameters
     ----------
     share : what is left of each probability beside look-alikes
+    scale : (features,) units of the features; their deviations where they are not given
+    about : (features,) weights from which each squared difference has the price; none where they are not given
     """
-    scale = features.std(axis=0) if len(features) else np.ones(len(columns))
-    scale, middle = np.where(scale > 1e-12, scale, 1.0), features.mean(axis=0)
+    scale = _deviations(features) if scale is None else scale
+    near, middle = np.zeros(len(columns)) if about is None else about * scale, features.mean(axis=0)
     design = np.column_stack([np.ones(len(true)), (features - middle) / scale])
 
     def loss(weights: Array) -> tuple[float, Array]:
@@ -158,15 +163,19 @@ def fit(
         left = np.maximum(1.0 - share * whole, 1e-300)
         slope = np.where(true, whole - 1.0, share * whole * (1.0 - whole) / left) / len(true)
         lost = np.where(true, np.logaddexp(0.0, -total) - np.log(share), -np.log(left))
-        price = np.concatenate([[0.0], ridge * weights[1:]])
-        return float(lost.mean() + 0.5 * price @ weights), design.T @ slope + price
+        off = np.concatenate([[0.0], weights[1:] - near])
+        return float(lost.mean() + 0.5 * price * off @ off), design.T @ slope + price * off
 
     bounds = [(None, None), *((0.0, None) if name in SUPPORT else (None, 0.0) for name in columns)]
-    found = minimize(
-        loss, np.zeros(design.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": _CLOSE}
-    ).x
+    found = minimize(loss, np.append(0.0, near), jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": _CLOSE}).x
     weights = found[1:] / scale
     return np.concatenate([[found[0] - weights @ middle], weights])
+
+
+def _deviations(features: Array) -> Array:
+    """Standard deviation of each feature (features,), one where it is the same of all names."""
+    scale = features.std(axis=0)
+    return np.where(scale > 1e-12, scale, 1.0)
 
 
 def applied(weights: Array, features: Array, share: Array | float = 1.0) -> Array:
@@ -174,14 +183,39 @@ def applied(weights: Array, features: Array, share: Array | float = 1.0) -> Arra
     return share / (1.0 + np.exp(-np.clip(weights[0] + features @ weights[1:], -30.0, 30.0)))
 
 
-def cross_validated(names: Names, columns: Sequence[str], ridge: float) -> Array:
-    """The odds of each name by a model that has not seen its cause."""
-    fold, features = folds_of(names.cause), names.column(columns)
-    odds = np.zeros(len(fold))
+def judges_of(names: Names, columns: Sequence[str], price: tuple[float, float]) -> dict[str, Array]:
+    """Intercept and weights (1 + features,) of each judge; those of all names where it has judged none.
+
+    Parameters
+    ----------
+    price : of squared weights of all names, and of squared differences of a judge's from these
+    """
+    features, judge = names.column(columns), names.judge
+    scale = _deviations(features)
+    common = fit(columns, features, names.true, price[0], names.share, scale=scale)
+    result = {}
+    for word in JUDGES:
+        own = judge == word
+        given = (features[own], names.true[own], price[1], names.share[own])
+        result[word] = fit(columns, *given, scale=scale, about=common[1:]) if own.any() else common
+    return result
+
+
+def told(models: Mapping[str, Array], names: Names, columns: Sequence[str]) -> Array:
+    """The odds of names, each by the model of its judge."""
+    features, judge, odds = names.column(columns), names.judge, np.zeros(len(names.true))
+    for word, weights in models.items():
+        own = judge == word
+        odds[own] = applied(weights, features[own], names.share[own])
+    return odds
+
+
+def cross_validated(names: Names, columns: Sequence[str], price: tuple[float, float]) -> Array:
+    """The odds of each name by models that have not seen its cause."""
+    fold, odds = folds_of(names.cause), np.zeros(len(names.true))
     for left_out in np.unique(fold):
-        train = fold != left_out
-        weights = fit(columns, features[train], names.true[train], ridge, names.share[train])
-        odds[~train] = applied(weights, features[~train], names.share[~train])
+        train, test = names.some(fold != left_out), names.some(fold == left_out)
+        odds[fold == left_out] = told(judges_of(train, columns, price), test, columns)
     return odds
 
 
@@ -192,40 +226,31 @@ class Fitted:
     Attributes
     ----------
     models : intercept and weights of each judge
-    price : of a squared weight
+    price : of squared weights, one of `PRICES`
     odds : of each name, by a model that has not seen its cause
     own : of each name, by the model that has seen it
     """
 
     models: Mapping[str, tuple[float, dict[str, float]]]
-    price: float
+    price: tuple[float, float]
     odds: Array
     own: Array
 
 
 def fitted(names: Names, without: str = "") -> Fitted:
-    """The odds of each judge, of all features that differ between its names, without one of them where that is asked.
+    """The odds of each judge, of all features that differ between names, without one of them where that is asked.
 
-    The price of weights is the one by which names of causes that are left out are judged best, the same of both judges:
-    by one of its own, rollouts took a weight of -18.6 from six names of late channels, all of them false.
+    The prices of weights are those by which names of causes that are left out are judged best.
     """
-    tried = [_at_price(names, without, price) for price in RIDGES]
-    return max(tried, key=lambda found: log_score(found.odds, names.true))
-
-
-def _at_price(names: Names, without: str, price: float) -> Fitted:
-    models, odds, own, judge = {}, np.zeros(len(names.true)), np.zeros(len(names.true)), names.judge
-    for word in JUDGES:
-        enough = int((judge == word).sum()) >= LEAST
-        seen = names.some(judge == word) if enough else names
-        columns = [name for name in FEATURES if name != without and np.ptp(seen.column([name])) > 0.0]
-        weights = fit(columns, seen.column(columns), seen.true, price, seen.share)
-        at, blind = np.flatnonzero(judge == word), cross_validated(seen, columns, price)
-        odds[at] = blind if enough else blind[at]
-        own[at] = applied(weights, names.column(columns)[at], names.share[at])
-        told = {name: float(weight) for name, weight in zip(columns, weights[1:], strict=True) if weight}
-        models[word] = (float(weights[0]), told)
-    return Fitted(models, price, odds, own)
+    columns = [name for name in FEATURES if name != without and np.ptp(names.column([name])) > 0.0]
+    blind = {price: cross_validated(names, columns, price) for price in PRICES}
+    price = max(PRICES, key=lambda one: log_score(blind[one], names.true))
+    models = judges_of(names, columns, price)
+    weights = {
+        word: (float(one[0]), {name: float(w) for name, w in zip(columns, one[1:], strict=True) if w})
+        for word, one in models.items()
+    }
+    return Fitted(weights, price, blind[price], told(models, names, columns))
 
 
 # Rules in the place of odds

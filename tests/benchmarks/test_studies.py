@@ -3,7 +3,7 @@
 import importlib
 import json
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -225,7 +225,7 @@ def test_weights_have_the_signs_of_sense_and_tell_the_truth(names: Any):
             assert weight >= 0.0 if name in SUPPORT else weight <= 0.0, name
     assert weights[1 + names.columns.index("identity")] > 0.0
     assert weights[1 + names.columns.index("unexplained")] < 0.0
-    odds = fitted.cross_validated(names, names.columns, 1e-3)
+    odds = fitted.cross_validated(names, names.columns, (1e-3, 0.1))
     score = chapter("study.scoring").log_score
     assert score(odds, names.true) > score(fitted.as_odds(fitted.hard_rule(names), names), names.true)
     assert np.mean(odds[names.true]) > 0.8 > 0.3 > np.mean(odds[~names.true])
@@ -241,15 +241,32 @@ def test_a_fit_is_where_its_slope_is_none(names: Any):
     assert abs((rest * column[:, 0]).mean()) < 1e-3
 
 
+def test_a_judge_of_few_names_is_drawn_towards_that_of_all(names: Any):
+    fitted, columns = chapter("study.fitted_odds"), ["identity", "unexplained"]
+    claims = [
+        dict(one, claim={**one["claim"], "tests": {**one["claim"]["tests"], "rolls": 1.0}}) for one in names.claims
+    ]
+    some = [k < 10 for k in range(len(claims))]
+    both = replace(names, claims=[b if few else a for a, b, few in zip(names.claims, claims, some, strict=True)])
+    assert (both.judge == "rollouts").sum() == 10
+    free, drawn_near = (fitted.judges_of(both, columns, (1e-3, own)) for own in (0.0, 100.0))
+    common = fitted.fit(columns, both.column(columns), both.true, 1e-3, both.share)
+    assert drawn_near["rollouts"][1:] == pytest.approx(common[1:], rel=0.05)
+    assert abs(free["rollouts"][1:] - common[1:]).max() > 10.0 * abs(drawn_near["rollouts"][1:] - common[1:]).max()
+
+
 def test_a_feature_that_no_name_has_is_not_fitted(names: Any):
     fitted = chapter("study.fitted_odds")
     assert {*names.judge} == {"forces"}
     found = fitted.fitted(names)
-    assert found.models["forces"] == found.models["rollouts"], "no name has the other judge: it takes all"
     _, weights = found.models["forces"]
+    columns = list(weights)
+    common = fitted.fit(columns, names.column(columns), names.true, found.price[0], names.share)
+    others = dict(zip(columns, common[1:], strict=True))
+    assert found.models["rollouts"][1] == pytest.approx(others, rel=0.02), "none has the other judge: it takes all"
     assert weights
     assert set(weights) <= {name for name in fitted.FEATURES if np.ptp(names.column([name])) > 0.0}
-    assert found.price in fitted.RIDGES
+    assert found.price in fitted.PRICES
     least = min(weights, key=lambda name: abs(weights[name]))
     assert least not in fitted.fitted(names, least).models["forces"][1]
 
