@@ -26,8 +26,8 @@ from undertow.discovery.judgement import Odds
 PAGE = ROOT / "docs" / "judgement.md"
 INTRODUCTION = """A name that stands in a model is a claim: its gain, its identity, what it is worth, and the sizes of
 some tests. A logistic model for each judge, the force balance and rollouts, makes a probability of them
-(`discovery/judgement.py`), fitted to worlds of which the
-truth is known; a name is true where it is hidden, or a fair part of what is."""
+(`discovery/judgement.py`), fitted to worlds of which the truth is known, its weights drawn towards those of all names
+as far as unseen causes ask; a name is true where it is hidden, or a fair part of what is."""
 ALONE = """Each feature of the judgement, and its limit: what a rule of it alone would stop of all names that stand in a
 model, false and true, by kind of world; then what the odds lose that are fitted without it, all other features kept, on
 causes that the fit has not seen: log score [thousandths of a nat a name], and true and false names said at 95 %."""

@@ -2,8 +2,9 @@
 
 A logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
 that `Reason` lists: one of names that the force balance judges, one of those that rollouts do. Both are fitted to
-worlds of many simulators, with causes inside and outside the catalogue (`benchmarks/odds.py`), so the probability is
-that of worlds like those. A doubt lowers it by its size; no test takes an answer back.
+worlds of many simulators, with causes inside and outside the catalogue, and drawn towards each other
+(`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
+answer back.
 """
 
 import json
