@@ -201,13 +201,10 @@ class CheckpointSelector:
     held_out : validation part, whose rollouts rank the epochs
     auditor : None for one who asks nothing
     lawful : whether epochs that break the laws stand behind the others, see `history.best_epochs`
-    alone : whether epoch 0 is the vehicle alone, and stands behind the others that are as lawful
     """
 
-    def __init__(
-        self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, *, lawful: bool, alone: bool
-    ) -> None:
-        self.model, self.held_out, self.auditor, self.lawful, self.alone = model, held_out, auditor, lawful, alone
+    def __init__(self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, lawful: bool) -> None:
+        self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
         self._against: list[Array] = []
         self._silent = True
 
@@ -264,18 +261,17 @@ class CheckpointSelector:
         The errors are those of one step and of rollouts; the weights of the best are then loaded.
         """
         told = {epoch.number: epoch for epoch in history}
-        best = best_epochs(history, lawful=self.lawful, alone=self.alone)
+        best = best_epochs(history, lawful=self.lawful)
         alone = VehicleModel(self.model.vehicle, "alone")
         unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
-        def rank(number: int) -> tuple[bool, bool, float]:
+        def error(number: int) -> tuple[bool, float]:
             self.model.network.load_state_dict(_of(kept, number))
             unlawful = self.lawful and told[number].violating > 0.0
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
-            error = told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
-            return unlawful, self.alone and number == 0, error
+            return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
-        result = sorted(best, key=rank)
+        result = sorted(best, key=error)
         self.model.network.load_state_dict(_of(kept, result[0]))
         return result
 

@@ -86,7 +86,7 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
-        chooser = CheckpointSelector(model, split.validation, auditor, lawful=run.learns_laws, alone=run.begins_alone)
+        chooser = CheckpointSelector(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         probed = Probed()
         if asks_its_log(choice, chosen):
@@ -241,11 +241,6 @@ class _Run:
         return self.settings.lambda_phys > 0.0 and self.grown is None
 
     @property
-    def begins_alone(self) -> bool:
-        """True when its epoch 0 is the vehicle alone: a hybrid that goes on from no other network."""
-        return not self.prepared.pure and "start" not in self.prepared.recipe
-
-    @property
     def _next(self) -> int:
         return self.history[-1].number + 1 if self.history else 1
 
@@ -310,7 +305,7 @@ class _Run:
         if not isfinite(rmse):
             raise RequestError(self._not_finite(number, loss))
         self.history.append(Epoch(number, loss, rmse, judge.violating(self.averaged)))
-        best = best_epochs(self.history, lawful=self.learns_laws, alone=self.begins_alone)
+        best = best_epochs(self.history, lawful=self.learns_laws)
         if number in best:
             self.kept |= {f"{number}/{name}": x for name, x in cloned(self.averaged.state_dict()).items()}
         self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}

@@ -26,20 +26,15 @@ class Epoch:
     violating: float
 
 
-def best_epochs(
-    history: list[Epoch], count: int = CANDIDATES, *, lawful: bool = True, alone: bool = False
-) -> list[int]:
+def best_epochs(history: list[Epoch], count: int = CANDIDATES, *, lawful: bool = True) -> list[int]:
     """Numbers of the epochs to keep, the best first: by their error, and where laws count by these before it.
 
     Parameters
     ----------
-    lawful : whether those that break the laws stand behind all others; a network that never heard of laws breaks some
-    alone : whether epoch 0 is the vehicle alone. It then stands behind all that are as lawful: how much of a correction
-        counts is said by its gain, and one that errs more than none as a whole may err less by half
+    lawful : whether those that break the laws stand behind all others. A network that never heard of laws breaks some,
+        and the vehicle alone, which is epoch 0, would be the best of its epochs
     """
-    ranked = sorted(
-        history, key=lambda epoch: (lawful and epoch.violating > 0.0, alone and epoch.number == 0, epoch.rmse)
-    )
+    ranked = sorted(history, key=lambda epoch: (lawful and epoch.violating > 0.0, epoch.rmse))
     return [epoch.number for epoch in ranked[:count]]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
-from ...physics.motion import Array, Motion
+from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..models.base import VehicleModel
 from ..models.network_inputs import network_inputs
@@ -183,15 +183,19 @@ def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     return replace(gain.trust, reaches=reaches, weights=weights, error=error)
 
 
-def rollout_ratios(found: Probed) -> Array:
-    """Error of rollouts of probes in that of the vehicle alone (blocks,), of blocks that neither probe nor gain knows.
+def rollout_ratio_of(found: Probed) -> float:
+    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither a probe nor its gain knows.
 
-    Geometric mean over horizons of 2 and 10 s, and speeds and position; of those blocks in which a rollout fits.
+    Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
     """
-    ratios = []
+    own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
     for model, asked in found.held_out(block=True):
-        own, alone = (rollout_errors(one, asked, (2.0, 10.0)) for one in (model, VehicleModel(model.vehicle, "alone")))
-        kept = [[np.concatenate(one[name].squares).mean(axis=0) for one in (own, alone)] for name in own]
-        if kept:
-            ratios.append(np.mean([np.log(mine / np.maximum(theirs, 1e-300)) for mine, theirs in kept]))
-    return np.exp(0.5 * np.array(ratios))
+        for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
+            for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
+                kept[name] += errors.squares
+    ratios = [
+        np.log(np.concatenate(own[name]).mean(axis=0) / np.maximum(np.concatenate(alone[name]).mean(axis=0), 1e-300))
+        for name in own
+        if own[name]
+    ]
+    return float(np.exp(0.5 * np.mean(ratios))) if ratios else 1.0
