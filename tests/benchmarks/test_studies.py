@@ -249,7 +249,7 @@ def test_a_judge_of_few_names_is_drawn_towards_that_of_all(names: Any):
     some = [k < 10 for k in range(len(claims))]
     both = replace(names, claims=[b if few else a for a, b, few in zip(names.claims, claims, some, strict=True)])
     assert (both.judge == "rollouts").sum() == 10
-    free, drawn_near = (fitted.judges_of(both, columns, (1e-3, own)) for own in (0.0, 100.0))
+    free, drawn_near = (fitted.fit_judges(both, columns, (1e-3, own)) for own in (0.0, 100.0))
     common = fitted.fit(columns, both.column(columns), both.true, 1e-3, both.share)
     assert drawn_near["rollouts"][1:] == pytest.approx(common[1:], rel=0.05)
     assert abs(free["rollouts"][1:] - common[1:]).max() > 10.0 * abs(drawn_near["rollouts"][1:] - common[1:]).max()
