@@ -165,6 +165,8 @@ class Shooting(Balance):
     about : model whose rollouts tell how start errors spread and which starts no model follows
     settings : horizon, spacing, bins
     laid : rollouts laid out before over the same motions with the same settings; None to lay them out
+    followed : (starts,) weights of the starts about models before this one, which none exceeds: a start that one model
+        alone follows, as where a hull is unstable and turns to either side by a hair, is no evidence for that model
 
     Raises
     ------
@@ -181,6 +183,7 @@ class Shooting(Balance):
         about: Vehicle,
         settings: ShootingSettings | None = None,
         laid: Rollings | None = None,
+        followed: Array | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
         self._data = data = laid or lay_out_rollouts(motions, about, self.settings)
@@ -201,7 +204,9 @@ class Shooting(Balance):
         quiet = bool((data.noise < LEAST_NOISE).all()) and not self.settings.free_starts
         moved = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(moved, self._turned(about, error)) if self.settings.whiten else None
-        self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
+        robust = self._robust(error)
+        self._followed = robust if followed is None else np.minimum(robust, followed)
+        self._weight = np.sqrt(data.weight) * np.sqrt(self._followed)[None, None, :]
         self._noise = self.finished(self._drawn_noise(moved))
 
     @property
@@ -216,7 +221,7 @@ class Shooting(Balance):
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
-        return Shooting(self.motions, about, self.settings, self._data)
+        return Shooting(self.motions, about, self.settings, self._data, self._followed)
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""

@@ -155,6 +155,17 @@ def test_a_false_row_hardly_moves_the_polish(nominal: Vehicle) -> None:
         assert spiked.value(symbol) == pytest.approx(value, rel=0.03)
 
 
+def test_a_start_that_one_model_did_not_follow_counts_no_more_about_the_next(nominal: Vehicle) -> None:
+    true = nominal.with_values(HIDDEN)
+    motion = driven(true)
+    before = Shooting([motion], nominal, ShootingSettings(whiten=False))
+    after, fresh = before.refreshed(true), Shooting([motion], true, before.settings)
+    # Of the same errors no start tells more than about either model; a few tell less than about the last one alone.
+    counted = after.squares(nominal)
+    assert (counted <= (1.0 + 1e-12) * np.minimum(before.squares(nominal), fresh.squares(nominal))).all()
+    assert (counted < 0.9 * fresh.squares(nominal)).any()
+
+
 def test_rows_long_after_the_last_command_are_not_scored(nominal: Vehicle) -> None:
     motion = driven(nominal, 120.0)
     commands = motion.commands.copy()
