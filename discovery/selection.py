@@ -223,7 +223,7 @@ def _search_rollouts(
     """Search from each start, then on with weights about the model that was found, until the names stay."""
     how = replace(settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, pool, how)
-    state = search.best_of(list(_starts(search, settings.shooting)), say)
+    state = search.best_of([None, *_starts(search, settings.shooting)], say)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, pool, how)
@@ -236,13 +236,13 @@ def _search_rollouts(
 
 
 def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
-    """Models to search from: the nominal one with what it has fitted, and that with every static effect fitted.
+    """Models to search from, beside the nominal one: that with what it has fitted, and with every static effect fitted.
 
     A wrong nominal number bends rollouts so much that no single effect looks right beside it, and a search that begins
-    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Weaker
-    thrusters and another power of thrust belong to it: either alone looks wrong without the other. One thruster is the
-    measure of the rest. Added mass in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a
-    light one with weak ones.
+    there ends soon; one that begins with many effects may end where several stand for one. These are polished on the
+    rollouts first, and lose what they do not need in the search. Weaker thrusters and another power of thrust belong to
+    it: either alone looks wrong without the other. One thruster is the measure of the rest. Added mass in surge stays
+    out: rollouts cannot tell a heavy hull with strong thrusters from a light one with weak ones.
     """
     static = [c for c in static_effects(search.pool) if c.key not in _NO_START]
     fitted = [
