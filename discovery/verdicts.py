@@ -26,7 +26,7 @@ from .effect_findings import (
     rounded_probability,
 )
 from .evidence.invariance import ONE_SIZE
-from .evidence.weighing import CERTAINLY, PERHAPS, Evidence
+from .evidence.weighing import PERHAPS, Evidence
 from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
@@ -109,8 +109,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         if e.kind is Kind.TERM and (e.key in kept or e.key in g.order)
         for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
     )
-    possible = [f for f in found if f.verdict == "possible"]
-    in_play = [f for f in possible if (leaves_open(f.claim) if f.claim else f.reason is Reason.FAINT)]
+    in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
     in_play = [f for f in in_play if f.in_model] or in_play
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
@@ -155,9 +154,12 @@ def _sentence_case(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}"
 
 
-def leaves_open(claim: Claim) -> bool:
-    """True when a name that is only possible leaves a question open: it is no trifle of force or of rollouts."""
-    return max(claim.worth.force, claim.worth.rollout or 0.0) >= TRIFLE
+def _in_play(effect: EffectFinding) -> bool:
+    """True when an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
+    if effect.claim is None:
+        return effect.reason is Reason.FAINT
+    worth = effect.claim.worth
+    return max(worth.force, worth.rollout or 0.0) >= TRIFLE
 
 
 def _shared_odds(claims: Mapping[str, Claim], evidence: Sequence[Evidence]) -> dict[str, float]:
@@ -370,25 +372,7 @@ def _at_best(first: EffectFinding, found: Sequence[EffectFinding]) -> str:
         return (
             f"{either} is missing ({_percent(rounded_probability(together))} together), and this log cannot tell which"
         )
-    forces = forces_for_sure(first.effect, first.claim) if first.claim else []
-    what = f"{listing(list(map(_force_in_words, forces)))} seems to be missing" if forces else "something is missing"
-    return f"{what}; perhaps {_listed([first.key])} ({_percent(rounded_probability(first.confidence))})"
-
-
-def forces_for_sure(effect: str, claim: Claim) -> list[tuple[str, str]]:
-    """Forces that are there for sure though their name is not: axis, and velocities that they follow, such as `ur`.
-
-    No velocity where a force is steady; no force where the gain could be chance, or an effect acts through something
-    else, such as the thrusters or the water.
-    """
-    terms = [(AXES[p.axis], p.form) for p in BY_NAME[effect].parameters if p.axis is not None]
-    sure = claim.gain is not None and claim.gain >= CERTAINLY
-    return [(axis, "".join(speed for speed in "uvr" if speed in form)) for axis, form in terms if sure]
-
-
-def _force_in_words(force: tuple[str, str]) -> str:
-    axis, speeds = force
-    return f"a force in {axis} that follows {listing(list(speeds))}" if speeds else f"a steady force in {axis}"
+    return f"something is missing; perhaps {_listed([first.key])} ({_percent(rounded_probability(first.confidence))})"
 
 
 def _listed(names: Iterable[str]) -> str:

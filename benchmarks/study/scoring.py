@@ -10,7 +10,6 @@ import numpy as np
 
 from undertow.discovery.effect_findings import Claim, Verdict
 from undertow.discovery.judgement import Odds, features, verdict
-from undertow.discovery.verdicts import forces_for_sure, leaves_open
 
 from .foreign_kinds import KINDS
 from .records import ROOT
@@ -29,7 +28,7 @@ MATERIAL = 0.03
 """Share by which 10 s rollouts of the file's boat part from the truth, above which something material is hidden."""
 SIGNALS = {
     "thrust": r"thrust|turns of the propellers",
-    "time": r"the time|from (minute|part)|comes and goes",
+    "time": r"the time|from (minute|part)",
     "heading": r"heading",
     "place": r"place|(north|east)\w* of",
 }
@@ -145,16 +144,7 @@ def force_told(record: Record) -> bool:
     """Whether a force without a name is told on the right axis, as one that follows the right signal."""
     told = [(axis, text) for axis, text, *_ in record.get("forms", ())]
     told += [(axis, text) for axis, _, text in (term.partition(":") for term in record.get("unnamed", ()))]
-    told += _seems_missing(record)
-    told += re.findall(r"force at work in (\w+) (comes and goes)", record.get("headline", ""))
     return any(f"{axis}:{signal}" in record["forces"] for axis, text in told for signal in follows(text))
-
-
-def _seems_missing(record: Record) -> list[tuple[str, str]]:
-    """The force that an undecided answer says seems to be missing, where its name is only possible."""
-    kept = [c for c in record.get("claims", ()) if c["kept"]] if record["verdict"] == "undecided" else []
-    leading = next((c for c in kept if leaves_open(claim_of(c))), None)
-    return forces_for_sure(bare(leading["key"]), claim_of(leading)) if leading else []
 
 
 OUTCOMES = (

@@ -18,7 +18,6 @@ from undertow.discovery.judgement import (
     probability,
     verdict,
 )
-from undertow.discovery.verdicts import forces_for_sure
 
 DOUBTS = (
     "file_value",
@@ -198,20 +197,3 @@ def test_words_of_earlier_files_are_read(word: str, reason: Reason):
     assert Reason(word) is reason
     with pytest.raises(ValueError, match="nonsense"):
         Reason("nonsense")
-
-
-@pytest.mark.parametrize(
-    ("effect", "gain", "forces"),
-    [
-        ("surge_quadratic_damping", 300.0, [("surge", "u")]),
-        ("sway_yaw_coupling", 300.0, [("sway", "r"), ("yaw", "v")]),
-        ("yaw_trim", 300.0, [("yaw", "")]),
-        ("thrust_scale", 300.0, []),
-        ("surge_quadratic_damping", 3.0, []),
-        ("surge_quadratic_damping", None, []),
-    ],
-)
-def test_a_force_is_there_for_sure_where_chance_gains_less(
-    effect: str, gain: float | None, forces: list[tuple[str, str]]
-):
-    assert forces_for_sure(effect, CLEAR.but(gain=gain)) == forces
