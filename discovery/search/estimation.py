@@ -220,8 +220,8 @@ def polish(
     """Fit parameters to the open-loop rollouts of motions by Levenberg-Marquardt steps (output error).
 
     Each step solves the linearised problem within the limits of the catalogue; it is kept only if the rollouts
-    themselves get better (Levenberg 1944, Marquardt 1963). Starts that the model does not follow count less, by weights
-    that follow the model.
+    themselves get better (Levenberg 1944, Marquardt 1963). Starts that the model, or one before it, does not follow
+    count less.
 
     Parameters
     ----------

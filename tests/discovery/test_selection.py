@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.shooting import rollout_difference
+from undertow.discovery import selection
+from undertow.discovery.balance.shooting import Shooting, rollout_difference
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.candidates.candidate import Kind, candidates
@@ -201,6 +202,15 @@ def test_stand_ins_that_leave_structure_are_searched_past():
     hidden = {"thrust_dead_zone": (0.17,), "surge_trim": (8.0,)}
     motion = simulate_world(HULL, hidden, programme="gentle", duration=160.0, noise="clean", seed=6).motion(0.05)
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
+
+
+def test_a_search_on_rollouts_begins_at_the_nominal_model_too(monkeypatch: pytest.MonkeyPatch):
+    """From a model with many effects a search may end where several stand for one."""
+    monkeypatch.setattr(selection, "_starts", lambda *_: iter(()))
+    form = Shooting([world({"surge_quadratic_damping": -15.0})], HULL)
+    pool = [c for c in candidates(HULL) if c.key in ("surge_quadratic_damping", "yaw_linear_damping")]
+    _, state = selection._search_rollouts(form, HULL, pool, DiscoverySettings(), lambda _: None)
+    assert state.active == ("surge_quadratic_damping",)
 
 
 def test_scores_that_matter_are_those_within_the_limits():

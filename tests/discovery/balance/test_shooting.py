@@ -159,7 +159,7 @@ def test_a_start_that_one_model_did_not_follow_counts_no_more_about_the_next(nom
     true = nominal.with_values(HIDDEN)
     motion = driven(true)
     before = Shooting([motion], nominal, ShootingSettings(whiten=False))
-    after, fresh = before.refreshed(true), Shooting([motion], true, before.settings)
+    after, fresh = before.refreshed(true).refreshed(true), Shooting([motion], true, before.settings)
     # Of the same errors no start tells more than about either model; a few tell less than about the last one alone.
     counted = after.squares(nominal)
     assert (counted <= (1.0 + 1e-12) * np.minimum(before.squares(nominal), fresh.squares(nominal))).all()
