@@ -354,6 +354,7 @@ class _Rolled:
         self._lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
         self._started: dict[str, list[Array]] = {}
 
+    @np.errstate(over="ignore", invalid="ignore")  # of rollouts that run away
     def spread(self, motion: Motion, difference: Array) -> None:
         """Take what noise on the starts of some rollouts makes of their states, (starts, steps + 1, 6)."""
         place = (difference[..., :2] ** 2).sum(axis=-1, keepdims=True)
@@ -365,6 +366,7 @@ class _Rolled:
                 off = np.concatenate([speeds**2, place[:, : length + 1]], axis=-1)
                 self._started.setdefault(f"{h:g}", []).append(off[:, 1:].mean(axis=1))
 
+    @np.errstate(over="ignore", invalid="ignore")  # of rollouts that run away
     def take(self, legs: Legs, states: Array) -> None:
         """Take the states (starts, steps + 1, 6) of some rollouts."""
         motion, rows = legs.motion, legs.starts[:, None] + np.arange(legs.steps + 1)

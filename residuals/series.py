@@ -213,6 +213,7 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
     return HeldPredictions(**counts, **dict(zip(QUANTITIES, shares, strict=True)))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a start whose prediction runs away has a width without end
 def spread_of(states: Array, moved: Sequence[Array]) -> Array:
     """Sensitivity of predictions (..., 6) to their starts, (..., 4), from the same with each state moved."""
     return np.sqrt(np.sum([_sizes(one - states) ** 2 for one in moved], axis=0))

@@ -17,7 +17,15 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.reports.model_words import held_words
 from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.series import LEAST_LEVEL, ROOM, half_widths, held_predictions, prediction_band, restarted
+from undertow.residuals.series import (
+    LEAST_LEVEL,
+    ROOM,
+    half_widths,
+    held_predictions,
+    prediction_band,
+    restarted,
+    spread_of,
+)
 from undertow.residuals.series import _independent as independent
 
 HULL = load_vehicle("blueboat")
@@ -162,3 +170,7 @@ def test_a_network_has_the_band_of_its_probes_and_keeps_it_in_its_file(tmp_path:
     assert all(held.of(quantity) >= 0.85 for quantity in QUANTITIES), held
     alone = held_predictions(VehicleModel(HULL, "alone"), found.band, data)
     assert alone.position < 0.7, "the band is that of the network, not of what it corrects"
+
+
+def test_predictions_that_run_away_have_a_width_without_end_and_no_warning():
+    assert np.isinf(spread_of(np.zeros((1, 1, 6)), [np.full((1, 1, 6), 1e200)])).all()
