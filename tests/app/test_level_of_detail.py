@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from places import slowness
 
 from undertow.app.plots.level_of_detail import BLOCK, TORN, Levels, thinned
 from undertow.physics.motion import Array
@@ -138,4 +139,4 @@ def test_half_a_million_rows_take_about_a_millisecond(share: float):
         started = clock.perf_counter()
         levels.window(begin, begin + share * time[-1], 1000)
         taken.append(clock.perf_counter() - started)
-    assert min(taken) < 4e-3, "it takes 1 ms where nothing else runs"
+    assert min(taken) < 4e-3 * slowness(), "it takes 1 ms where nothing else runs"

@@ -19,6 +19,7 @@ from exported import (
     trips,
     written,
 )
+from places import slowness
 
 from undertow.exports.program.symbols import Function
 
@@ -132,7 +133,7 @@ def test_it_is_cplusplus_too(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["as it is", "table, everything"])
 def test_it_is_small_and_quick(name: str, tmp_path: Path):
-    """Under 20 kB of code, and under a microsecond a step: the best of several, as a machine may have other work."""
+    """Under 20 kB of code, and under a microsecond a step of a common machine: the best of several."""
     written(name, "c", tmp_path / "model.h")
     asked = program(name)
     groups = [(g.name, len(g.members), g.single) for g in asked.step.inputs]
@@ -165,7 +166,7 @@ int main(void)
     run([cc, "-O2", "step.c", "-o", "step", "-lm"], tmp_path)
     seconds = min(float(run([tmp_path / "step"], tmp_path).split()[0]) for _ in range(5))
     print(f"{name}: {seconds * 1e6:.3f} us a step")
-    assert seconds < 1e-6
+    assert seconds < 1e-6 * slowness()
     Library(tmp_path, tmp_path / "model.h", asked.functions, cc)
     run([cc, "-std=c99", "-Os", "-c", "flat.c"], tmp_path)
     code, data = map(int, run(["size", "flat.o"], tmp_path).splitlines()[1].split()[:2])
