@@ -35,7 +35,7 @@ from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.networks.trust import ENDS, Trust, stacked
 from undertow.residuals.scores import evaluate
 from undertow.residuals.training.epochs import probes_of, train
-from undertow.residuals.training.probes import held_out_parts, predict_held_out
+from undertow.residuals.training.probes import Probed, held_out_parts, predict_held_out
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.fit import fit
 from undertow.workflows.inputs import read_inputs
@@ -89,7 +89,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     blocks, regions = (
         probes_of(split, base, choice, settings, [p for p in every if p.block is block]) for block in (True, False)
     )
-    probes = blocks + regions
+    probes = Probed((*blocks.tried, *regions.tried), (*blocks.parts, *regions.parts))
     model = train(split, base, replace(choice, probes=probes), settings=settings).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust

@@ -1,7 +1,7 @@
 """Choice of the kind of network: the one whose probes err least in rollouts of blocks that they do not know."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
@@ -26,7 +26,7 @@ class Candidate:
     ----------
     choice : the kind
     ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone
-    probes : those probes, of which its gain comes
+    probes : all its probes, of which its gain comes
     """
 
     choice: Choice
@@ -54,7 +54,7 @@ def candidates(
 ) -> list[Candidate]:
     """Some kinds, the best first; those that cannot stand beside a vehicle, such as `symmetric`, are left out.
 
-    All are tried on all blocks of time; what tells how far a correction is trusted is asked of the best alone.
+    Each is judged with the gain that it would have: by probes of blocks of time and of regions of states.
 
     Parameters
     ----------
@@ -66,13 +66,11 @@ def candidates(
         where none could be tried, such as on a log that is too short.
     """
     every = held_out_parts(split.train, vehicle, settings.window)
-    blocks, regions = ([part for part in every if part.block is block] for block in (True, False))
-
     found = []
     for choice in kinds:
         if progress is not None:
             progress(name_of(choice))
-        probes = probes_of(split, vehicle, choice, settings, blocks)
+        probes = probes_of(split, vehicle, choice, settings, every)
         if probes.parts:
             found.append(Candidate(choice, rollout_ratio_of(probes), probes))
     if not found:
@@ -80,5 +78,4 @@ def candidates(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    best, *others = sorted(found, key=lambda one: one.ratio)
-    return [replace(best, probes=best.probes + probes_of(split, vehicle, best.choice, settings, regions)), *others]
+    return sorted(found, key=lambda one: one.ratio)

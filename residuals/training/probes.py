@@ -111,10 +111,6 @@ class Probed:
                 model.trust(trusted(model, others or self.tried))  # a first block has nothing else to tell its gain
                 yield model, part.held_out
 
-    def __add__(self, other: "Probed") -> "Probed":
-        """What both say."""
-        return Probed((*self.tried, *other.tried), (*self.parts, *other.parts))
-
 
 def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Probed:
     """Train the probes of one kind, one for each of some parts of the training part of a split.
