@@ -1,6 +1,6 @@
 """The auditor: any model before all laws, and what they say of it as `audit.json` has it."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -23,15 +23,10 @@ from ..physics.reading import Plain
 from ..physics.registry_members import classes_in
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
+from .facts import AuditRecord
 
-AUDIT_SCHEMA = "undertow.audit/1"
-
-
-def _in_order(kinds: Iterable[Callable[[], Law]]) -> tuple[Law, ...]:
-    return tuple(sorted((kind() for kind in kinds), key=lambda law: law.place))
-
-
-LAWS: tuple[Law, ...] = _in_order(classes_in(law_files, Law))
+_KINDS: tuple[Callable[[], Law], ...] = classes_in(law_files, Law)
+LAWS: tuple[Law, ...] = tuple(sorted((kind() for kind in _KINDS), key=lambda law: law.place))
 """All laws, in the order in which they are told: every `Law` that a file of their folder defines."""
 _MOST_COMMANDS = 2000
 """Commands of a log that are kept, evenly spread: a sweep over them costs a model a second or so."""
@@ -93,7 +88,7 @@ class Audit(Card):
     def to_dict(self) -> Plain:
         """As `audit.json` writes it."""
         return {
-            "schema": AUDIT_SCHEMA,
+            "schema": AuditRecord.SCHEMA,
             "model": self.model,
             "kind": self.kind,
             "verdict": self.verdict,
@@ -205,9 +200,8 @@ def _proof(model: Model, envelope: Envelope, limit: float, force: Array) -> Proo
             return Proof()
         found = bound_power(model, envelope, limit, force)
         return Proof("interval bounds" if found.proved else None, found.against)
-    if min(model.vehicle.value("memory_sway"), model.vehicle.value("memory_yaw")) < 0.0:
-        return Proof()
-    if not certify(model.vehicle, envelope).holds:
+    remembered = min(model.vehicle.value("memory_sway"), model.vehicle.value("memory_yaw"))
+    if remembered < 0.0 or not certify(model.vehicle, envelope).holds:
         return Proof()
     return Proof("vertex LMI" if isinstance(model, VehicleModel) else "by construction")
 

@@ -243,30 +243,27 @@ def comparison(
         band = band_of(after, parts, fitted)
     failures, structure = fails or where_ends_fail(table, first, after, parts, fitted)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
+    models = []
+    for found in judged:
+        own = found.model.band
+        held = None if own is None else held_predictions(found.model, own, parts.judged)
+        drawn = band if found.model is after else None
+        models.append(row(found, inside, timed=timed).but(fitted_here=found.name in fitted, band=drawn, held=held))
+    told = [
+        *_far_out(judged, parts),
+        *_at_rest(parts.judged.motions, inputs.vehicle),
+        *_with_noise(recommended, judged),
+    ]
     return Comparison(
         split=parts.judge,
         logs=tuple(inputs.paths),
         warnings=tuple(inputs.warnings),
         best=recommended,
-        models=tuple(
-            row(found, inside, timed=timed).but(
-                fitted_here=found.name in fitted,
-                band=band if found.model is after else None,
-                held=None
-                if found.model.band is None
-                else held_predictions(found.model, found.model.band, parts.judged),
-            )
-            for found in judged
-        ),
+        models=tuple(models),
         differences=tuple(apart),
         failures=failures,
         structure=structure,
-        notes=(
-            *notes,
-            *_far_out(judged, parts),
-            *_at_rest(parts.judged.motions, inputs.vehicle),
-            *_with_noise(recommended, judged),
-        ),
+        notes=(*notes, *told),
         noise=by_axis(np.sqrt(judged[0].errors.noise)),
     )
 
@@ -280,15 +277,16 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
     timed : True to tell wall times; null stands for those that nobody took
     """
     model, errors = found.model, found.errors
+    error = np.concatenate(errors.acceleration)
     known = model.seconds_to_fit > 0.0 or model.parameters == 0
-    laws = () if found.audit is None else tuple(found.audit.to_dict()["laws"])
+    laws = () if found.audit is None else found.audit.to_dict()["laws"]
     return ComparedModel(
         name=model.name,
         kind=model.kind,
         acceleration=errors.acceleration_score.record,
         rollout={name: score.record for name, score in errors.rollout_scores.items()},
         units={"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
-        domain=None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
+        domain=None if inside is None else Domain(inside=_side(error[inside]), outside=_side(error[~inside])),
         interval=found.interval,
         audit=found.verdict,
         laws=tuple(RulingRecord.model_validate(law) for law in laws),
@@ -311,11 +309,6 @@ def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> Predict
     return model.band or (None if seen else prediction_band([(model, parts.judged)]))
 
 
-def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:
-    """One-step error on the rows within what the training part spans, and on the others."""
-    return Domain(inside=_side(error[inside]), outside=_side(error[~inside]))
-
-
 def _side(error: np.ndarray) -> Side:
     return Side(rows=len(error), rmse=by_axis(np.sqrt((error**2).mean(axis=0))) if len(error) else None)
 
@@ -327,11 +320,11 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
         distance = np.concatenate([found.model.beyond(motion) for motion in parts.judged.motions])
         far = distance >= found.model.far
         if far.mean() > _FAR_OUT:
-            why = (
-                "that is beyond all that its correction knows"
-                if found.model.fades
-                else "its errors there say little of it elsewhere"
+            unknown, elsewhere = (
+                "that is beyond all that its correction knows",
+                "its errors there say little of it elsewhere",
             )
+            why = unknown if found.model.fades else elsewhere
             told.append(
                 f"{found.name} is judged far from what it was trained on at {percent(float(far.mean()))} of the rows "
                 f"({np.median(distance[far]):.2g} standard deviations beyond it in the median): {why}"

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -127,9 +128,8 @@ def load_limits(path: str | os.PathLike[str]) -> Limits:
 def limits_from_dict(data: Any, where: str) -> Limits:
     """Limits from plain data; see `load_limits`."""
     if not isinstance(data, dict):
-        raise RequestError(
-            f"{where}: expected the keys {listing(list(Limits.model_fields))}, got {shown(data)}; {_REMEDY}"
-        )
+        keys = listing(list(Limits.model_fields))
+        raise RequestError(f"{where}: expected the keys {keys}, got {shown(data)}; {_REMEDY}")
     try:
         return Limits.model_validate(data)
     except ValidationError as error:
@@ -160,9 +160,8 @@ def with_margin(acceleration: AccelerationRecord, rollout: Rollouts, margin: flo
 
 def _above(error: float, margin: float) -> float:
     if not math.isfinite(error):
-        raise RequestError(
-            "an error of the vehicle is not finite, so no limit can be made of it; see 'undertow compare'"
-        )
+        text = "an error of the vehicle is not finite, so no limit can be made of it; see 'undertow compare'"
+        raise RequestError(text)
     wanted = max(error * (1.0 + margin), _LEAST)
     unit = 10.0 ** (math.floor(math.log10(wanted)) + 1 - _DIGITS)
     return float(f"{math.ceil(round(wanted / unit, 9)) * unit:.{_DIGITS + 1}g}")
@@ -170,10 +169,9 @@ def _above(error: float, margin: float) -> float:
 
 def _seconds(key: Any) -> float:
     """A horizon, as a number or a text of one."""
-    try:
+    seconds = math.nan
+    with suppress(TypeError, ValueError, OverflowError):
         seconds = math.nan if isinstance(key, bool) else float(key)
-    except (TypeError, ValueError, OverflowError):
-        seconds = math.nan
     if not _SHORTEST <= seconds <= _LONGEST:
         raise ValueError(f"expected seconds ahead, {_SHORTEST:g} to {_LONGEST:g}, such as 10, got {shown(key)}")
     return round(seconds, 3)
@@ -272,9 +270,7 @@ def held(model: ComparedModel, limits: Limits) -> tuple[HeldLimit, ...]:
         hold("prediction", errors, limits.predictions[seconds], ROLLOUT_UNITS, name, lost)
     hold("acceleration", model.acceleration.rmse, limits.acceleration, ACCELERATION_UNITS)
     if limits.laws:
-        broken = [law.law for law in model.laws if law.counts and law.verdict == "fail"]
-        text = ", ".join(broken)
-        found.append(
-            HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=model.audit == "pass", told=text)
-        )
+        broken = [law.law for law in model.laws if law.outcome == "fail"]
+        holds, text = model.audit == "pass", ", ".join(broken)
+        found.append(HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=holds, told=text))
     return tuple(found)

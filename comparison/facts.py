@@ -96,18 +96,17 @@ def _error_of(errors: Errors, horizon: str | None) -> ByAxis:
 def _against(name: str, errors: Errors, other: str, base: Errors) -> list[PairedRecord]:
     told = []
 
-    def tell(axis: str, done: Difference, unit: str, quantity: str, horizon: str | None = None) -> None:
+    def tell(done: Difference, **which: str) -> None:
         found = {key: getattr(done, key) for key in ("difference", "relative", "ci95", "verdict", "blocks")}
-        told.append(
-            PairedRecord(model=name, against=other, quantity=quantity, horizon=horizon, axis=axis, unit=unit, **found)
-        )
+        told.append(PairedRecord(model=name, against=other, **which, **found))
 
     for axis, ours, theirs in zip(AXES, squares(errors).T, squares(base).T, strict=True):
-        tell(axis, paired_difference(ours, theirs), ACCELERATION_UNITS[axis], "acceleration")
+        tell(paired_difference(ours, theirs), quantity="acceleration", axis=axis, unit=ACCELERATION_UNITS[axis])
     for horizon in errors.rollouts:
         shortest = rows_of(errors, horizon)
         for axis, ours, theirs in zip(ROLLED, rolled(errors, horizon).T, rolled(base, horizon).T, strict=True):
-            tell(axis, paired_difference(ours, theirs, shortest), ROLLOUT_UNITS[axis], "rollout", horizon)
+            done = paired_difference(ours, theirs, shortest)
+            tell(done, quantity="rollout", horizon=horizon, axis=axis, unit=ROLLOUT_UNITS[axis])
     return told
 
 

@@ -65,13 +65,7 @@ def _drowned(every: Sequence[Errors], horizon: str) -> bool:
 
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
-    """The speeds of rollouts over a horizon, however few these are."""
-    table = _less_noise(every, horizon)
-    return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), table, horizon)
-
-
-def _less_noise(every: Sequence[Errors], horizon: str) -> list[Array]:
-    """Squared errors of speeds (n, 3) without what the noise of the sensors adds to their means.
+    """The speeds of rollouts over a horizon, however few, without what the noise of the sensors adds to their means.
 
     It stands in what was measured, the same for each model, and in the starts, of which a model that damps makes less
     than one that turns by itself: without this the more damped model would seem to be the better one, on a log of the
@@ -82,10 +76,11 @@ def _less_noise(every: Sequence[Errors], horizon: str) -> list[Array]:
     least = np.max(known, axis=0)
     table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
     means = [squares.mean(axis=0) for squares in table]
-    return [
+    left = [
         squares - mean + np.maximum(mean - noise, np.minimum(least, mean))
         for squares, mean, noise in zip(table, means, made, strict=True)
     ]
+    return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), left, horizon)
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:
@@ -169,18 +164,15 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     """
     decides = what_decides([errors for _, errors, _ in models])
     broken = ["" if audit is None else listing([r.law for r in audit.violations]) for _, _, audit in models]
-    field = [
-        _Contender(model, decides.squares[k], decides.shortest, broken[k]) for k, (model, _, _) in enumerate(models)
-    ]
+    rows = zip(models, decides.squares, broken, strict=True)
+    field = [_Contender(model, squares, decides.shortest, laws) for (model, _, _), squares, laws in rows]
     named = [c for c in field if c.model.kind != BASELINE]
     lawful = [c for c in named if not c.broken] or named
     if not decides.what:
         chosen = min(lawful, key=lambda c: c.score)
         doubt = f", though it breaks {chosen.broken}" if chosen.broken else ""
-        sentence = (
-            f"The judged rows are too few to tell models apart: {chosen.name} has the smallest errors{doubt}, and that "
-            "may be chance."
-        )
+        few = "The judged rows are too few to tell models apart"
+        sentence = f"{few}: {chosen.name} has the smallest errors{doubt}, and that may be chance."
         return Best(grounds=Grounds.TOO_FEW, sentence=sentence)
     guess = min((c for c in field if c.model.kind == BASELINE), key=lambda c: c.score, default=None)
     chosen = _simplest(lawful, guess)

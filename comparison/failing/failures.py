@@ -124,9 +124,8 @@ class Contributions:
             sure = blocks.size == 1 or lower_end(stage, *here, blocks) > 0.0
             held = removed[unseen].sum() / unseen_total >= _HELD_OUT_LEAST and missed[unseen].sum() > 0.0
             if share >= _LEAST and sure and held:
-                sentence = (
-                    f"{words(effect)} ({self.changes[k]}) removes {share_removed(share)} of the squared error here"
-                )
+                done = f"removes {share_removed(share)} of the squared error here"
+                sentence = f"{words(effect)} ({self.changes[k]}) {done}"
                 found.append(Removal(effect=effect, share_removed=round(float(share), 4), sentence=sentence))
         return tuple(sorted(found, key=lambda one: -one.share_removed)), "" if found else _NONE_ALONE
 
@@ -175,15 +174,13 @@ def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Co
 
 def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]:
     """The symbols in which two vehicles differ, with the second's values, under the names of the effects they are."""
-    belongs = {symbol: effect.name for effect in EFFECTS for symbol in effect.symbols}
-    scales = {f"{thruster.name}_scale": "thruster_asymmetry" for thruster in before.thrusters}
+    belongs = {f"{thruster.name}_scale": "thruster_asymmetry" for thruster in before.thrusters}
+    belongs |= {symbol: effect.name for effect in EFFECTS for symbol in effect.symbols}
     groups: dict[str, dict[str, float]] = {}
     for symbol in dict.fromkeys((*before.values, *after.values)):
         old, new = (vehicle.values.get(symbol, 0.0) for vehicle in (before, after))  # a term may be in one alone
-        if old == new:
-            continue
-        name = belongs.get(symbol) or scales.get(symbol) or symbol
-        groups.setdefault(name, {})[symbol] = new
+        if old != new:
+            groups.setdefault(belongs.get(symbol, symbol), {})[symbol] = new
     return groups
 
 

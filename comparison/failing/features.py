@@ -12,7 +12,6 @@ from ...residuals.series import SeriesTable
 from .rows import IDLE_SHARE, SLOW, Array, Scene, command_columns, scaled_commands
 
 SECTORS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
-STATES = ("idle", "ahead", "astern", "turning", "reversal")
 Words = Callable[[str, str], str]
 """A range in words: its lower and its upper end as text, either empty where the range is open."""
 _PARTS = 40
@@ -68,7 +67,7 @@ def splits(series: SeriesTable) -> tuple[Split, ...]:
         _numeric("surge speed", series["u"], "m/s"),
         _numeric("yaw rate", series["r"], "rad/s"),
         _commands(series),
-        Split("heading", _sector(series["psi"]), SECTORS),
+        Split("heading", sector(series["psi"]), SECTORS),
     )
 
 
@@ -96,8 +95,9 @@ def _nice(least: float, numbers: Sequence[float]) -> float:
     return float(power * next(number for number in numbers if number * power >= least))
 
 
-def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
-    return (np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp)) % len(SECTORS)
+def sector(heading: Array) -> NDArray[np.intp]:
+    """The number of the nearest of eight directions, from north clockwise, to a heading [rad]."""
+    return np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp) % len(SECTORS)
 
 
 def _commands(series: SeriesTable) -> Split:
@@ -107,22 +107,18 @@ def _commands(series: SeriesTable) -> Split:
     command = scaled_commands(series)
     common, spread = command.mean(axis=1), 0.5 * (command.max(axis=1) - command.min(axis=1))
     speed = series["u"]
-    conditions = [
-        np.abs(command).max(axis=1) < IDLE_SHARE,
-        spread > np.abs(common),
-        (common * speed < 0.0) & (np.abs(speed) > SLOW),
-        common >= 0.0,
-    ]
-    order = [STATES.index(state) for state in ("idle", "turning", "reversal", "ahead")]
-    codes = np.select(conditions, order, STATES.index("astern")).astype(np.intp)
     who = {1: "thruster", 2: "both thrusters"}.get(len(names), "all thrusters")
-    labels = (
-        "thrusters idle" if len(names) > 1 else "thruster idle",
-        f"{who} ahead",
-        f"{who} astern",
-        "thrusters opposed to turn",
-        "thrust against the motion",
-    )
+    idle, ahead, astern = f"thruster{'s' * (len(names) > 1)} idle", f"{who} ahead", f"{who} astern"
+    turning, reversal = "thrusters opposed to turn", "thrust against the motion"
+    labels = (idle, ahead, astern, turning, reversal)
+    first_that_holds = {
+        idle: np.abs(command).max(axis=1) < IDLE_SHARE,
+        turning: spread > np.abs(common),
+        reversal: (common * speed < 0.0) & (np.abs(speed) > SLOW),
+        ahead: common >= 0.0,
+    }
+    order = [labels.index(state) for state in first_that_holds]
+    codes = np.select(list(first_that_holds.values()), order, labels.index(astern)).astype(np.intp)
     return Split("command", codes, labels)
 
 
@@ -173,7 +169,11 @@ def features(scene: Scene) -> tuple[Feature, ...]:
         mean_command = _percent("mean command {} of the largest (ahead positive)", "thrust ahead", "thrust astern")
         found += [
             _of("mean command", 100.0 * scene.common, mean_command),
-            _of("reversal", scene.opposed.astype(float), _opposed),
+            _of(
+                "reversal",
+                scene.opposed.astype(float),
+                lambda low, _: f"thrust {'' if low else 'not '}against the motion",
+            ),
             _of("time since a change", scene.since, _since),
         ]
     if scene.commands.shape[1] > 1:
@@ -221,7 +221,7 @@ def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
     if not scene.commands.shape[1]:
         return moving
     command = splits(scene.table)[2]
-    states = np.bincount(command.codes[rows], minlength=len(STATES))
+    states = np.bincount(command.codes[rows])
     told = command.labels[int(states.argmax())] if states.max() > 0.6 * states.sum() else "thrusters changing"
     return f"{moving}, {told}"
 
@@ -264,10 +264,6 @@ def _turn(low: str, high: str) -> str:
     return f"yaw rate {_between(low, high)} rad/s (starboard positive)"
 
 
-def _opposed(low: str, high: str) -> str:
-    return "thrust against the motion" if low else "thrust not against the motion"
-
-
 def _since(low: str, high: str) -> str:
     if low and high:
         return f"{low} to {high} s after a command change"
@@ -280,10 +276,7 @@ def _heading(near: str, far: str) -> Words:
     def words(low: str, high: str) -> str:
         if low and high:
             return f"heading {low} to {high} degrees from {near}"
-        return (
-            f"heading within {high} degrees of {near}"
-            if high
-            else f"heading within {180 - float(low):g} degrees of {far}"
-        )
+        reach, middle = (high, near) if high else (f"{180 - float(low):g}", far)
+        return f"heading within {reach} degrees of {middle}"
 
     return words

@@ -143,10 +143,8 @@ def _verdict(below: float, follows: str | None, chance: float) -> tuple[str, str
     if chance > _NEVER:
         return "this log cannot tell", f"{most}; too short to say what it moves with"
     if below <= _SLOW:
-        return (
-            "slow, of unknown origin",
-            f"{most}, so it is not white noise, but it moves with no command or speed in proportion",
-        )
+        unknown = "so it is not white noise, but it moves with no command or speed in proportion"
+        return "slow, of unknown origin", f"{most}, {unknown}"
     return "like noise", f"{reaches} no command, as sensor noise does"
 
 
@@ -288,25 +286,19 @@ def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -
     clear = not low <= 0.0 <= high and not early and gain > _GAIN and size > _MATERIAL * stage.spread[axis] and not ends
     found = Lag(seconds=round(seconds, 3), ci95=(round(low, 3), round(high, 3)), correlation=round(correlation, 3))
     if clear and seconds > 0.0:
-        return found.but(
-            verdict="early",
-            suspects=_SUSPECTS,
-            sentence=f"the model answers {number(seconds, 2)} s before the boat, which makes {percent(gain)} of the "
-            "squared error that the present speeds and commands leave: would point to thruster lag, input delay, or "
-            "channels out of step",
+        sentence = (
+            f"the model answers {number(seconds, 2)} s before the boat, which makes {percent(gain)} of the squared "
+            "error that the present speeds and commands leave: would point to thruster lag, input delay, or channels "
+            "out of step"
         )
+        return found.but(verdict="early", suspects=_SUSPECTS, sentence=sentence)
     if clear:
-        return found.but(
-            verdict="late",
-            sentence=f"the model answers {number(-seconds, 2)} s after the boat, which no boat does: "
-            "look for channels that are out of step",
-        )
+        late = f"the model answers {number(-seconds, 2)} s after the boat, which no boat does"
+        return found.but(verdict="late", sentence=f"{late}: look for channels that are out of step")
     if high - low > 0.5 or ends:
         return Lag(ci95=found.ci95, correlation=found.correlation)
-    return found.but(
-        verdict="in step",
-        sentence=f"the model is in step to {number(max(abs(low), abs(high), stage.step / 2), 1)} s",
-    )
+    reach = number(max(abs(low), abs(high), stage.step / 2), 1)
+    return found.but(verdict="in step", sentence=f"the model is in step to {reach} s")
 
 
 def _lowest(sums: Array, lags: Array) -> float:

@@ -6,7 +6,7 @@ One half of the log proposes them by a regression tree (Breiman et al. 1984, sec
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -184,40 +184,24 @@ class Failure:
     def place(self, stage: Scene, model: str) -> FailingPlace:
         """As `comparison.json` has a place, without what becomes of the error."""
         usable = np.isfinite(stage.error[:, self.axis])
-        rmse, share = self._size(stage, self.rows & usable)
-        inside = int((self.rows & usable).sum())
-        return FailingPlace(
-            model=model,
-            where=self.where,
-            axis=AXES[self.axis],
-            share_of_error=share,
-            share_of_rows=round(float(inside / usable.sum()), 4),
-            rows=inside,
-            rmse=rmse,
-            unit=ACCELERATION_UNITS[AXES[self.axis]],
-        )
+        inside = self.rows & usable
+        rows, share = int(inside.sum()), round(float(inside.sum() / usable.sum()), 4)
+        error = self._error(stage, inside)
+        return FailingPlace(model=model, where=self.where, rows=rows, share_of_rows=share, **error)
 
     def seconds(self, stage: Scene) -> FailingSeconds:
         """As `comparison.json` has some seconds, without what removes their error."""
         index = np.flatnonzero(self.rows)
         begin, end = (round(float(time), 2) for time in stage.column("time")[index[[0, -1]]])
-        rmse, share = self._size(stage, self.rows)
-        return FailingSeconds(
-            log=int(stage.log[index[0]]),
-            begin=begin,
-            end=end,
-            axis=AXES[self.axis],
-            rmse=rmse,
-            unit=ACCELERATION_UNITS[AXES[self.axis]],
-            share_of_error=share,
-            doing=doing(stage, self.rows),
-        )
+        log, error = int(stage.log[index[0]]), self._error(stage, self.rows)
+        return FailingSeconds(log=log, begin=begin, end=end, doing=doing(stage, self.rows), **error)
 
-    def _size(self, stage: Scene, inside: NDArray[np.bool_]) -> tuple[float, float]:
-        """Root mean square error in the rows, and their share of the squared error of all."""
-        squares = squared(stage.error[:, self.axis])
-        share = float(squares[inside].sum() / squares.sum())
-        return round(float(np.sqrt(squares[inside].mean())), 6), round(share, 4)
+    def _error(self, stage: Scene, inside: NDArray[np.bool_]) -> dict[str, Any]:
+        """Root mean square error in the rows with its axis and unit, and their share of the squared error of all."""
+        squares, axis = squared(stage.error[:, self.axis]), AXES[self.axis]
+        share = round(float(squares[inside].sum() / squares.sum()), 4)
+        rmse = round(float(np.sqrt(squares[inside].mean())), 6)
+        return {"axis": axis, "rmse": rmse, "unit": ACCELERATION_UNITS[axis], "share_of_error": share}
 
 
 def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
@@ -278,9 +262,8 @@ class _Halves:
         """
         stage, seen = self._stage, self.usable & self._chooses
         least = max(round(0.5 * _LEAST_SECONDS / stage.step), round(_LEAST_SHARE * seen.sum()), 1)
-        badness = min(
-            float(np.sqrt(self.squares.sum() / self.usable.sum()) / max(stage.spread[self._axis], 1e-12)), 1.0
-        )
+        size = np.sqrt(self.squares.sum() / self.usable.sum())
+        badness = min(float(size / max(stage.spread[self._axis], 1e-12)), 1.0)
         for place in (*plain, *regimes(self.squares, seen, quantities, least)):
             inside = place.inside & seen
             of_error = inside @ self.squares / max(self.squares[self._chooses].sum(), 1e-300)

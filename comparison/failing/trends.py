@@ -10,6 +10,7 @@ from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
 from ...physics.presentation import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
+from .features import sector
 from .rows import Array, Fitted, Scene, finite_mean, fit_with_nuisances, short, static_columns
 
 SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -88,14 +89,14 @@ def against_heading(stage: Scene) -> dict[str, Heading]:
     By axis.
     """
     psi = stage.column("psi")
-    sector = np.round(np.nan_to_num(psi) / (np.pi / 4.0)).astype(np.intp) % len(SECTORS)
-    sailed = np.bincount(sector, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
+    near = sector(psi)
+    sailed = np.bincount(near, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
     harmonic = np.column_stack([np.cos(psi), np.sin(psi)])
     beside = static_columns(stage)
     fits = [fit_with_nuisances(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
     told = {}
     for k, axis in enumerate(AXES):
-        ends = [_quartiles(stage.error[sector == n, k]) if sailed[n] else None for n in range(len(SECTORS))]
+        ends = [_quartiles(stage.error[near == n, k]) if sailed[n] else None for n in range(len(SECTORS))]
         known = Heading(
             mean=tuple(None if of is None else short(of[1]) for of in ends),
             spread=tuple(None if of is None else short(0.5 * (of[2] - of[0])) for of in ends),
@@ -124,11 +125,9 @@ def _heading_of(known: Heading, fit: Fitted | None, usual: float, axis: int) -> 
     direction = np.arctan2(cosine, -sine) if axis == 1 else np.arctan2(sine, cosine)
     course = float(np.degrees(direction) % 360.0)
     low, high = (float(end) for end in np.quantile(np.hypot(*fit.sample.T), [0.025, 0.975]))
-    found = known.but(
-        harmonic=Harmonic(
-            amplitude=short(amplitude), direction=round(course, 1), ci95=(short(low), short(high)), unit=unit
-        )
-    )
+    ends = (short(low), short(high))
+    harmonic = Harmonic(amplitude=short(amplitude), direction=round(course, 1), ci95=ends, unit=unit)
+    found = known.but(harmonic=harmonic)
     size, most = (f"{number(value, 2)} {unit_text(unit)}" for value in (amplitude, max(high, amplitude)))
     if _is_sure(fit) and amplitude > _MATERIAL * usual:
         towards = f"{number(course, 2)} degrees"
@@ -147,17 +146,13 @@ def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, 
         between = np.radians(surge.harmonic.direction - sway.harmonic.direction)
         if abs((between + np.pi) % (2.0 * np.pi) - np.pi) < _AGREE:
             agree = "; surge and sway agree, which would point to a current or a wind"
-            told |= {
-                axis: one.but(suspects=("steady_current", "mean_wind"), sentence=one.sentence + agree)
-                for axis, one in (("surge", surge), ("sway", sway))
-            }
+            for axis in ("surge", "sway"):
+                sentence = told[axis].sentence + agree
+                told[axis] = told[axis].but(suspects=("steady_current", "mean_wind"), sentence=sentence)
     elif sway.harmonic is not None and surge.verdict == _DOES_NOT and _follows_speed(stage, psi):
-        told["sway"] = sway.but(
-            suspects=("compass",),
-            verdict=_DEPENDS,
-            sentence="the error turns with the heading in proportion to speed, in sway alone, which would point to the "
-            "compass",
-        )
+        found = "the error turns with the heading in proportion to speed, in sway alone"
+        sentence = f"{found}, which would point to the compass"
+        told["sway"] = sway.but(suspects=("compass",), verdict=_DEPENDS, sentence=sentence)
     return told
 
 
@@ -234,11 +229,11 @@ def over_time(stage: Scene) -> dict[str, Drift]:
         beside = np.column_stack([logs, moved, np.abs(stage.measured[:, k])])
         grown = fit_with_nuisances(stage, size, time[:, None], beside)
         unit, usual = ACCELERATION_UNITS[axis], float(stage.spread[k])
+        told[axis] = Drift(unit=unit, sentence=_UNTOLD.format("too short for a drift"))
         if mean is None or 60.0 * span < _SHORTEST:
-            told[axis] = Drift(unit=unit, sentence=_UNTOLD.format("too short for a drift"))
-        elif grown is None or min(mean.free[0], grown.free[0]) < _FREE_TIME:
-            why = "what the boat did changed along with the time"
-            told[axis] = Drift(unit=unit, sentence=_UNTOLD.format(why))
+            continue
+        if grown is None or min(mean.free[0], grown.free[0]) < _FREE_TIME:
+            told[axis] = told[axis].but(sentence=_UNTOLD.format("what the boat did changed along with the time"))
         else:
             told[axis] = _drift_of(mean, grown, span, unit, (usual, float(finite_mean(size))))
     return told
