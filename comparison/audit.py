@@ -25,8 +25,12 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 from .facts import AuditRecord
 
-_KINDS: tuple[Callable[[], Law], ...] = classes_in(law_files, Law)
-LAWS: tuple[Law, ...] = tuple(sorted((kind() for kind in _KINDS), key=lambda law: law.place))
+
+def _in_order(kinds: Sequence[Callable[[], Law]]) -> tuple[Law, ...]:
+    return tuple(sorted((kind() for kind in kinds), key=lambda law: law.place))
+
+
+LAWS: tuple[Law, ...] = _in_order(classes_in(law_files, Law))
 """All laws, in the order in which they are told: every `Law` that a file of their folder defines."""
 _MOST_COMMANDS = 2000
 """Commands of a log that are kept, evenly spread: a sweep over them costs a model a second or so."""

@@ -320,11 +320,9 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
         distance = np.concatenate([found.model.beyond(motion) for motion in parts.judged.motions])
         far = distance >= found.model.far
         if far.mean() > _FAR_OUT:
-            unknown, elsewhere = (
-                "that is beyond all that its correction knows",
-                "its errors there say little of it elsewhere",
-            )
-            why = unknown if found.model.fades else elsewhere
+            why = "its errors there say little of it elsewhere"
+            if found.model.fades:
+                why = "that is beyond all that its correction knows"
             told.append(
                 f"{found.name} is judged far from what it was trained on at {percent(float(far.mean()))} of the rows "
                 f"({np.median(distance[far]):.2g} standard deviations beyond it in the median): {why}"

@@ -33,8 +33,7 @@ def band_words(band: "PredictionBand | None") -> str:
     return (
         f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
         f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did "
-        "not see. "
-        f"In simulation, {BANDS_HELD}."
+        f"not see. In simulation, {BANDS_HELD}."
     )
 
 
@@ -92,9 +91,7 @@ def trust_in_words(trust: "Trust") -> str:
     ]
     far, beyond = trust.reaches[-1], trust.weights[:, -1]
     kept = listing([f"{percent(one)} in {axis}" for axis, one in zip(AXES, beyond, strict=True)])
-    left = (
-        "nothing of it is left" if not beyond.any() else f"{kept} of it is left, as at the farthest that its log tried"
-    )
+    left = f"{kept} of it is left, as at the farthest that its log tried" if beyond.any() else "nothing of it is left"
     return (
         f"By parts of the log that it did not know, its correction counts by {listing(shares)}. From {far:.2g} "
         f"standard deviations outside the range of its training inputs on, {left}."

@@ -138,8 +138,8 @@ def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Riv
     base = scores[reference].position if reference in scores else float("nan")
     found = []
     for model in comparison.models:
-        low, high = _paired(comparison.differences, model.name, reference, horizon)
-        interval = (max(base + low, 0.0), max(base + high, 0.0)) if low <= high and base == base else None
+        apart = _paired(comparison.differences, model.name, reference, horizon) if base == base else None
+        interval = (max(base + apart[0], 0.0), max(base + apart[1], 0.0)) if apart else None
         laws = {law.law: law.outcome for law in laws_of(model, audit)}
         found.append(Rival(model, scores[model.name], interval, laws))
     return sorted(found, key=lambda one: (one.score.position != one.score.position, one.score.position))
@@ -152,7 +152,7 @@ def laws_of(model: ComparedModel, audit: AuditRecord | None) -> Sequence[RulingR
 
 def hero_horizon(comparison: Comparison) -> str:
     """The horizon [s] by which the models are drawn: the one that decides which to trust, else 10 s."""
-    known = list(dict.fromkeys(key for model in comparison.models for key in model.rollout))
+    known = [key for model in comparison.models for key in model.rollout]
     return pick_horizon(known, comparison.best.horizon or LEAD)
 
 
@@ -167,14 +167,16 @@ def reference_of(comparison: Comparison) -> str:
     return next((name for name in ("corrected", "calibrated", "nominal") if name in paired), names[0] if names else "")
 
 
-def _paired(differences: Sequence[PairedRecord], model: str, reference: str, horizon: str) -> tuple[float, float]:
-    """The 95 % interval of the difference in position error to the reference [m], told either way; NaN without."""
+def _paired(
+    differences: Sequence[PairedRecord], model: str, reference: str, horizon: str
+) -> tuple[float, float] | None:
+    """The 95 % interval of the difference in position error to the reference [m], told either way; None without."""
     for name, against, turned in ((model, reference, False), (reference, model, True)):
         told = difference(differences, name, against, "rollout", "position", horizon)
         low, high = (told and told.ci95) or (float("nan"), float("nan"))
         if low <= high:
             return (-high, -low) if turned else (low, high)
-    return float("nan"), float("nan")
+    return None
 
 
 def difference(
@@ -183,8 +185,3 @@ def difference(
     """The paired difference of a model to another in one error; None where it was not told."""
     wanted = (model, against, quantity, axis, horizon)
     return next((d for d in differences if (d.model, d.against, d.quantity, d.axis, d.horizon) == wanted), None)
-
-
-def mark(told: PairedRecord | None) -> str:
-    """The sign of a paired difference; nothing where there is none."""
-    return MARKS.get(told.verdict, "") if told else ""

@@ -15,7 +15,7 @@ from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError
 from ..physics.presentation import listing, number, percent, unit_text, words
 from ..reports.page.chapters.play import knobs_of
-from ..reports.page.figures.effect_figures import MissingForce, best_signal, force_drawings, signal_rows
+from ..reports.page.figures.effect_figures import MissingForce, best_signal, force_drawing, signal_rows
 from ..reports.sureness import file_numbers, in_order, odds
 from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
@@ -235,4 +235,4 @@ def _picture(found: EffectFinding, bench: BenchSession) -> str:
             signal = best_signal(rows, added, axis)
             drawn.append(MissingForce(axis, lacking, added, signal, rows[signal]))
     best = max(drawn, key=lambda one: one.told, default=None)
-    return str(force_drawings([best])[0]) if best is not None and best.told >= _TELLS else ""
+    return str(force_drawing(best)) if best is not None and best.told >= _TELLS else ""

@@ -231,6 +231,11 @@ class Structure(Record):
     heading: Annotated[Mapping[str, Heading], _EVERY]
     drift: Annotated[Mapping[str, Drift], _EVERY]
 
+    @property
+    def looks(self) -> "tuple[Mapping[str, Frequency | Lag | Heading | Drift], ...]":
+        """Fast or slow, early or late, with the heading, and over time."""
+        return self.frequency, self.lag, self.heading, self.drift
+
 
 Fails = tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]
 """Where models fail, and the structure of their errors."""

@@ -169,11 +169,7 @@ def features(scene: Scene) -> tuple[Feature, ...]:
         mean_command = _percent("mean command {} of the largest (ahead positive)", "thrust ahead", "thrust astern")
         found += [
             _of("mean command", 100.0 * scene.common, mean_command),
-            _of(
-                "reversal",
-                scene.opposed.astype(float),
-                lambda low, _: f"thrust {'' if low else 'not '}against the motion",
-            ),
+            _of("reversal", scene.opposed.astype(float), _opposed),
             _of("time since a change", scene.since, _since),
         ]
     if scene.commands.shape[1] > 1:
@@ -262,6 +258,10 @@ def _turn(low: str, high: str) -> str:
         at = f"at {ends[0]} to {ends[1]}" if low else f"faster than {ends[0]}"
         return "turning to port" if high == "0" and not low else f"turning {at} rad/s to port"
     return f"yaw rate {_between(low, high)} rad/s (starboard positive)"
+
+
+def _opposed(low: str, _: str) -> str:
+    return f"thrust {'' if low else 'not '}against the motion"
 
 
 def _since(low: str, high: str) -> str:

@@ -216,15 +216,14 @@ def _shared(symbol: str, held: Sequence[Held | None], runs: Sequence[RunFolder],
 
 def _doubts(held: Sequence[Held | None], runs: Sequence[RunFolder], names: Sequence[str]) -> Iterator[str]:
     """Why a number may yet be in the runs that do not hold it, as far as the first that does can say."""
-    here = next(k for k, one in enumerate(held) if one is not None)
-    one = held[here]
-    if one is None or one.found is None:
+    here, found = next((k, one.found) for k, one in enumerate(held) if one is not None)
+    if found is None:
         yield "the others did not fit it"
-    elif one.found.claim is not None and not one.found.claim.null_excluded:
+    elif found.claim is not None and not found.claim.null_excluded:
         yield f"the interval of {names[here]} holds the value of the file"
     else:
-        for k, run in enumerate(runs):
-            if held[k] is None and (why := _hides(run, one.found, runs[here], names[k])):
+        for one, run, name in zip(held, runs, names, strict=True):
+            if one is None and (why := _hides(run, found, runs[here], name)):
                 yield why
 
 
@@ -246,8 +245,8 @@ def _hides(run: RunFolder, found: EffectFinding, here: RunFolder, name: str) -> 
         other = candidate.thrusters and candidate.key != found.key
         return f"{name} has {effect_words(candidate)} in its place" if other else f"it may be in {name}, too"
     alike = {*found.indistinguishable_from, *(item.split("[")[0] for item in (known.alike(found.key) if known else ()))}
-    instead = [item.effect for item in log.added if item.effect in alike]
-    if instead := [effect for effect in instead if effect not in {item.effect for item in own.added}]:
+    alike -= {item.effect for item in own.added}
+    if instead := [item.effect for item in log.added if item.effect in alike]:
         return f"{name} has {listing(list(map(words, instead)))} in its place"
     if known is None or seen is None or found.claim is None:
         return ""

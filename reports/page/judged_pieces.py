@@ -170,12 +170,12 @@ class JudgedPieces:
         shares : by symbol; what only some of the models change has the mean of them
         """
         mean = float(np.mean(list(shares.values()))) if shares else 1.0
-        return tuple(
-            model.with_values(
-                {s: low + shares.get(s, mean) * (high - low) for s, low, high in changed_numbers(self.nominal, model)}
-            )
-            for model in self.models
-        )
+        moved = []
+        for model in self.models:
+            changes = changed_numbers(self.nominal, model)
+            values = {symbol: low + shares.get(symbol, mean) * (high - low) for symbol, low, high in changes}
+            moved.append(model.with_values(values))
+        return tuple(moved)
 
 
 def changed_numbers(nominal: Vehicle, model: Vehicle) -> list[tuple[str, float, float]]:
@@ -184,11 +184,8 @@ def changed_numbers(nominal: Vehicle, model: Vehicle) -> list[tuple[str, float, 
     No single number moves what thrusters share as a rule and in which they differ here.
     """
     both = ((symbol, nominal.value(symbol), after) for symbol, after in model.values.items())
-    return [
-        (symbol, before, after)
-        for symbol, before, after in both
-        if before != after and max(len(values_of(vehicle, symbol)) for vehicle in (nominal, model)) <= 1
-    ]
+    moved = [(symbol, before, after) for symbol, before, after in both if before != after]
+    return [one for one in moved if max(len(values_of(vehicle, one[0])) for vehicle in (nominal, model)) <= 1]
 
 
 def _pieces(

@@ -11,7 +11,7 @@ from ...discovery.findings import Findings, OtherForm, Step
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
-from ...residuals.scores import ROLLOUT_UNITS
+from ...residuals.scores import ROLLOUT_UNITS, RolloutRecord
 from ..run_contents import difference
 from ..sureness import file_numbers, in_order, named, odds, with_odds
 from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon, twins
@@ -25,7 +25,7 @@ _IN_PLAY = 4
 _TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
 """Over the effects of a run, where its verdict is not an open one."""
 _SETTLED = "Nothing is missing that this log can show."
-_CHANCE = {"no difference": "which may be chance", "too short to tell": "on too few rows to exclude chance"}
+_CHANCE = {"no difference": ", which may be chance", "too short to tell": ", on too few rows to exclude chance"}
 _FIRST_REASON = re.compile(r": | \(|; |\.$")
 """Where the first reason of an advice ends: numbers and further reasons stand under what to record next."""
 _SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the yaw rate r"}
@@ -103,18 +103,14 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     added = [step for step in steps[1:] if step.added != CALIBRATED]
     said = [step for step in added if step.added in (*findings.missing, *findings.likely) or ":" in str(step.added)]
     more = [words(str(step.added)) for step in added if step not in said] if said else []
-    every = [
-        "it" if len(said or added) == 1 else "them",
-        *more[:_MORE],
-        *[f"{len(more) - _MORE} more"] * (len(more) > _MORE),
-    ]
+    every = ["it" if len(said or added) == 1 else "them", *_first(more, _MORE)]
     adding = [f"adding {listing(every)}"] * bool(added)
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
     what, where = f"the {led.in_words}", "on unseen motion"
     if after != after:
         return f"{done.capitalize()} makes predictions over {led.horizon} s run away {where}."
     ends = f"{number(before, 2)} to {number(after, 2)} {led.unit}"
-    doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
+    doubt = _chance(findings, comparison)
     if gets_worse(steps, comparison.best.horizon):
         return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
@@ -216,11 +212,12 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     poor = [(axis, own.acceleration.r2.of(axis)) for axis in AXES]
     named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL and axis not in quiet]
     told += [f"in the acceleration of {listing(named)}"] * bool(named)
-    guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
+    guesses = _guesses(comparison, horizon)
     if horizon in own.rollout and guesses:
         mine = own.rollout[horizon]
         least = {axis: min(guess.of(axis) for guess in guesses) for axis in AXES}
-        worse = [axis for axis in AXES if _errs_more(mine.of(axis), least[axis])]
+        # Of predictions which all run away the error is unknown, and is larger than that of a guess.
+        worse = [a for a in AXES if isfinite(least[a]) and not mine.of(a) <= least[a] * (1.0 + _LEVEL)]
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
     name = own.name[:1].upper() + own.name[1:]
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
@@ -231,9 +228,9 @@ def quiet_axes(findings: Findings) -> tuple[str, ...]:
     return findings.identifiability.quiet_axes if findings.identifiability else ()
 
 
-def _errs_more(own: float, guess: float) -> bool:
-    """True when an error is larger than that of a guess; that of predictions which all run away is unknown, and is."""
-    return isfinite(guess) and not own <= guess * (1.0 + _LEVEL)
+def _guesses(comparison: Comparison, horizon: str) -> list[RolloutRecord]:
+    """Errors over a horizon of the models that know nothing of the boat."""
+    return [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
 
 
 def recommendation(findings: Findings, comparison: Comparison) -> str:
@@ -304,12 +301,12 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     if best.model != NOMINAL:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
-        doubt = f", {why}" if (why := _chance(findings, comparison, best.model)) else ""
+        doubt = _chance(findings, comparison, best.model)
         return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}."
     after = models.get(CORRECTED, float("nan"))
     beside = ""
     if len(steps) > 1 and isfinite(after):
-        doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
+        doubt = _chance(findings, comparison)
         by_chance = best.grounds in (None, Grounds.NONE_BETTER, Grounds.CHANCE) and bool(best.horizon)
         if by_chance and after < before * (1.0 - _LEVEL):
             both = f"{number(before, 2)} {unit} of the nominal model, {number(after, 2)} {unit} of model.yaml"
@@ -321,8 +318,7 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
 def _in_play(findings: Findings) -> str:
     """The names in play with their odds, the surest first, and what may stand in their place."""
     held = in_order(findings.added)
-    names = [_with_rivals(item) for item in held[:_IN_PLAY]]
-    names += [f"{len(held) - _IN_PLAY} more"] * (len(held) > _IN_PLAY)
+    names = _first([_with_rivals(item) for item in held], _IN_PLAY)
     own = [item.symbol for item in findings.calibrated]
     if own:
         names.append(f"the file's own numbers, calibrated ({listing(own)})")
@@ -341,6 +337,11 @@ def _in_play(findings: Findings) -> str:
     if findings.criterion.unjudged:
         return f"nothing in {listing(findings.criterion.unjudged)} was judged."
     return "no name; model.yaml is the nominal model."
+
+
+def _first(names: Sequence[str], most: int) -> list[str]:
+    """The first of some names, and how many more there are."""
+    return [*names[:most], *[f"{len(names) - most} more"] * (len(names) > most)]
 
 
 def _leading_form(findings: Findings) -> OtherForm | None:
@@ -372,13 +373,13 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."
-    wrong = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
-    for one in wrong[:1]:
-        return f"check {one.symbol} in the vehicle file: it says {one.filed()}, this log asks for about {one.amount()}."
+    added = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
+    wrong = [(one.symbol, one.filed(), one.amount()) for one in added]
     moved = sorted(findings.calibrated, key=lambda item: -_apart(item.before, item.after))
-    for item in (item for item in moved[:1] if _apart(item.before, item.after) >= _TENTH):
-        filed, after = number(item.before, 3), number(item.after, 3)
-        return f"check {item.symbol} in the vehicle file: it says {filed}, this log asks for about {after}."
+    off = [item for item in moved if _apart(item.before, item.after) >= _TENTH]
+    wrong += [(item.symbol, number(item.before), number(item.after)) for item in off]
+    for symbol, filed, asked in wrong[:1]:
+        return f"check {symbol} in the vehicle file: it says {filed}, this log asks for about {asked}."
     for sensor in [one for one in findings.sensors if one.verdict == "present"][:1]:
         return f"put the {words(sensor.error)} right in the channel map, and search again."
     return "record a second log on another day and search both: what is true comes out again."
@@ -404,7 +405,7 @@ def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
     if len(steps) < 2:
         return 0.0
     horizon = hero(steps, comparison.best.horizon).horizon
-    guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
+    guesses = _guesses(comparison, horizon)
     shares = [0.0]
     for name in ROLLOUT_UNITS:
         before, after = steps[0].rollout(horizon).of(name), steps[-1].rollout(horizon).of(name)
@@ -417,7 +418,7 @@ def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
 
 
 def _chance(findings: Findings, comparison: Comparison, model: str = CORRECTED) -> str:
-    """Why the change of the lead error may be nothing, as a clause; empty where it is more than chance."""
+    """Why the change of the lead error may be nothing, as an added clause; empty where it is more than chance."""
     led = hero(findings.steps, comparison.best.horizon)
     told = difference(comparison.differences, model, NOMINAL, "rollout", led.metric, led.horizon)
     return _CHANCE.get("" if told is None else told.verdict, "")

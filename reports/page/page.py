@@ -1,7 +1,7 @@
 """Pages of HTML, pure functions of facts: of a run, of a comparison, of several runs, and of a hull diary."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
@@ -173,22 +173,21 @@ def _runs_verdict(numbers: Sequence[SharedNumber], count: int) -> str:
     whole = "two" if count == 2 else str(count)
     if apart:
         return f"The {whole} runs differ in {listing(list(dict.fromkeys(apart)))}."
-    if same:
-        return (
-            f"Nothing tells the {whole} runs apart: {counted(same, 'number')} {'is' if same == 1 else 'are'} the same."
-        )
-    return f"Nothing tells the {whole} runs apart, and no number is in two of them."
+    equal = f": {counted(same, 'number')} {'is' if same == 1 else 'are'} the same"
+    return f"Nothing tells the {whole} runs apart{equal if same else ', and no number is in two of them'}."
 
 
 def _runs_lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
     """What all runs lack, and how many numbers stand how."""
     sure, likely = common_effects(runs)
     whole = "Both runs" if len(runs) == 2 else f"All {len(runs)} runs"
-    lack = [f"{whole} lack {listing(sure)}{f', and probably {listing(likely)}' if likely else ''}."] * bool(sure)
-    lack = lack or [f"{whole} probably lack {listing(likely)}."] * bool(likely)
+    also = f", and probably {listing(likely)}" * bool(likely)
+    lack = (
+        f"{whole} lack {listing(sure)}{also}." if sure else f"{whole} probably lack {listing(likely)}." * bool(likely)
+    )
     counts = [(relation.value, [one.symbol for one in numbers if one.relation is relation]) for relation in Relation]
-    texts = [f"{word[:1].upper()}{word[1:]}: {', '.join(symbols)}." for word, symbols in counts if symbols]
-    return " ".join([*lack, *texts])
+    texts = [f"{word.capitalize()}: {', '.join(symbols)}." for word, symbols in counts if symbols]
+    return " ".join(filter(None, [lack, *texts]))
 
 
 def _run_table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
@@ -198,18 +197,10 @@ def _run_table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> H
         error = f"{typeset(led.before, 2)} \N{RIGHTWARDS ARROW} {typeset(led.after, 2)} {led.unit}"
         logs = [Path(log).name for log in run.comparison.logs]
         page = os.path.relpath((run.folder / "report.html").absolute(), home.absolute())
-        rows.append(
-            (
-                element("a", name, href=f"#run-{index + 1}"),
-                run.nominal.name,
-                lines(logs),
-                run.findings.verdict,
-                lines(_missing_names(run)),
-                lines([error, f"{led.metric}, {led.horizon} s"]),
-                "not run" if run.audit is None else run.audit.verdict,
-                element("a", "its page", href=quote(Path(page).as_posix())),
-            )
-        )
+        here, there = element("a", name, href=f"#run-{index + 1}"), quote(Path(page).as_posix())
+        found = (run.findings.verdict, lines(_missing_names(run)), lines([error, f"{led.metric}, {led.horizon} s"]))
+        laws = "not run" if run.audit is None else run.audit.verdict
+        rows.append((here, run.nominal.name, lines(logs), *found, laws, element("a", "its page", href=there)))
     head = ("run", "vehicle", "logs", "verdict", "missing", "error of predictions", "laws", "")
     return table(head, rows, "lllllrll")
 
@@ -286,7 +277,7 @@ def diary_page(diary: DiaryFacts) -> str:
     """The HTML text of the page."""
     boats = in_telling_order(diary.boats)
     sections = [
-        *_diary_verdicts(diary, boats, _linked),
+        *_diary_verdicts(diary, boats, linked=True),
         element("h2", BOATS),
         figure([strip(diary, boats)], STRIP, cls="wide"),
         element("h2", "What the boats share"),
@@ -303,32 +294,25 @@ def glance(diary: DiaryFacts) -> Html:
     boats = in_telling_order(diary.boats)
     drawing = element("div.scroll", strip(diary, boats))
     days = element("section.card", element("h2", BOATS), drawing, element("p.muted", STRIP))
-    return render(*_diary_verdicts(diary, boats, _named), days)
+    return render(*_diary_verdicts(diary, boats, linked=False), days)
 
 
-def _diary_verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callable[[BoatRecord], Html]) -> list[Html]:
+def _diary_verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], *, linked: bool) -> list[Html]:
     """The verdict on the fleet, then what is told of each boat; those that stayed as they were folded."""
     told = [boat for boat in boats if boat.changes or boat.odd_days or differs_sentence(boat)]
-    same = [_boat_line(boat, name) for boat in boats if boat not in told]
+    same = [_boat_line(boat, linked) for boat in boats if boat not in told]
     return [
         element("h1", verdict(diary)),
         element("p.lead", caution(diary)),
-        *[card(*(_boat_line(boat, name) for boat in told))] * bool(told),
+        *[card(*(_boat_line(boat, linked) for boat in told))] * bool(told),
         *[folded(f"{len(same)} without a change", *same)] * bool(same),
     ]
 
 
-def _named(boat: BoatRecord) -> Html:
-    return element("b", boat.boat)
-
-
-def _linked(boat: BoatRecord) -> Html:
-    return element("a", _named(boat), href=f"#{_boat_anchor(boat)}")
-
-
-def _boat_line(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
-    """What is told of a boat, a line a change, after its name."""
-    parts: list[str] = [name(boat)]
+def _boat_line(boat: BoatRecord, linked: bool) -> Html:
+    """What is told of a boat, a line a change, after its name, which may lead to its section."""
+    name = element("b", boat.boat)
+    parts: list[str] = [element("a", name, href=f"#{_boat_anchor(boat)}") if linked else name]
     for change in boat.changes:
         cls = "tag missing" if len(change.causes) == 1 else "tag possible"
         parts += [" ", element("span", causes_words(change), cls=cls), " ", change_sentence(change)]
@@ -347,18 +331,9 @@ def _shared_parameters(diary: DiaryFacts) -> Html:
         mean, spread = one.mean, one.spread
         ends = [mean.low, mean.high]
         others = [boat.boat for boat in diary.boats for own in boat.parameters if own.name == one.name and own.differs]
-        rows.append(
-            (
-                plain(one.name),
-                unit_text(one.unit),
-                typeset(one.nominal),
-                within(mean.value, ends),
-                interval(ends),
-                typeset(spread.value, 2),
-                interval([spread.low, spread.high]),
-                ", ".join(others) or "none",
-            )
-        )
+        band = (typeset(spread.value, 2), interval([spread.low, spread.high]))
+        name = (plain(one.name), unit_text(one.unit), typeset(one.nominal))
+        rows.append((*name, within(mean.value, ends), interval(ends), *band, ", ".join(others) or "none"))
     head = ("parameter", "unit", "vehicle file", "mean of boats", "95 % interval", "boats scatter by", "95 % interval")
     return table((*head, "who differs"), rows, "llrrrrrl")
 

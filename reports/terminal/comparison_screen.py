@@ -135,16 +135,12 @@ def _laws_and_size(models: Sequence[ComparedModel]) -> RenderableType:
     heads = ["numbers\nfitted", *["to fit\ns", "to evaluate\ns"] * timed]
     heads += [f"{axis}\noutside" for axis in AXES] * beyond
     columns = [_model_column(), *layout.word_columns("laws of\na hull"), *layout.number_columns(*heads)]
-    rows = [
-        (
-            _name(model),
-            Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else ""),
-            number(model.parameters),
-            *[number(s, 2, blank="") for s in (model.seconds_to_fit, model.seconds_to_evaluate) if timed],
-            *[_ratio(domain, axis) for axis in AXES if beyond],
-        )
-        for model, domain in zip(models, domains, strict=True)
-    ]
+    rows = []
+    for model, domain in zip(models, domains, strict=True):
+        verdict = Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")
+        times = [number(s, 2, blank="") for s in (model.seconds_to_fit, model.seconds_to_evaluate) if timed]
+        ratios = [_ratio(domain, axis) for axis in AXES if beyond]
+        rows.append((_name(model), verdict, number(model.parameters), *times, *ratios))
     places = range(len(columns))
     outside_alone = [k for k in places if k < 2 or k > 2 + 2 * timed]
     return layout.fitting("Laws, size and range", caption * beyond, columns, rows, [places, outside_alone])
@@ -173,9 +169,8 @@ def _share(value: float) -> str:
 
 
 def _ratio(domain: Domain, axis: str) -> str:
-    inside, outside = (
-        math.nan if side.rmse is None else side.rmse.of(axis) for side in (domain.inside, domain.outside)
-    )
+    sides = (domain.inside, domain.outside)
+    inside, outside = (math.nan if side.rmse is None else side.rmse.of(axis) for side in sides)
     return percent(outside / inside) if inside > 0.0 else "n/a"
 
 
@@ -201,8 +196,8 @@ def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
     if not structure:
         return None
     first = structure[0]
-    looks = (first.frequency, first.lag, first.heading, first.drift)
-    pairs = [(axis, unit_text(told[axis].sentence)) for axis in AXES for told in looks if told[axis].verdict in _NEWS]
+    told = [(axis, look[axis]) for axis in AXES for look in first.looks]
+    pairs = [(axis, unit_text(one.sentence)) for axis, one in told if one.verdict in _NEWS]
     return layout.section(f"What the error of the {first.model} model is like", layout.glossary(pairs))
 
 
@@ -222,17 +217,10 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
         removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
         below = [f"removed by {', '.join(removed)}"] * (bool(removed) and not beside)
         below += [f"removed by: {place.unlinked}"] * bool(place.unlinked)
-        rows.append(
-            (
-                place.model,
-                Group(*map(layout.Prose, [place.where, *below])),
-                place.axis,
-                percent(place.share_of_error),
-                percent(place.share_of_rows, blank=""),
-                "" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}",
-                *["\n".join(removed)] * (known and beside),
-            )
-        )
+        where = Group(*map(layout.Prose, [place.where, *below]))
+        shares = (percent(place.share_of_error), percent(place.share_of_rows, blank=""))
+        error = "" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}"
+        rows.append((place.model, where, place.axis, *shares, error, *["\n".join(removed)] * (known and beside)))
     table = layout.plain_table(title, " ".join(filter(None, (whose, caption))), columns, rows)
     table.show_header = bool(places)
     return table
@@ -261,19 +249,12 @@ def _table(record: ControlRecord, track: str) -> RenderableType:
     results = [result for result in record.results if result.track == track]
     heads = ("error [m]", f"against {results[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures")
     columns = [*layout.word_columns("model"), *(Column(head, justify="right") for head in heads)]
-    rows = [
-        (
-            Text(row.model, style=layout.FOUND if row.model == PERFECT else ""),
-            f"{row.merit.rmse:.3f}",
-            _against(row) if place else "",
-            f"{row.merit.effort:.2f}",
-            f"{100.0 * row.merit.off_lane:.0f} %",
-            f"{100.0 * row.merit.at_limit:.0f} %",
-            f"{row.merit.step:.1f}",
-            _failures(row),
-        )
-        for place, row in enumerate(results)
-    ]
+    rows = []
+    for place, row in enumerate(results):
+        name, merit = Text(row.model, style=layout.FOUND if row.model == PERFECT else ""), row.merit
+        shares = [f"{100.0 * share:.0f} %" for share in (merit.off_lane, merit.at_limit)]
+        errors = (f"{merit.rmse:.3f}", _against(row) if place else "", f"{merit.effort:.2f}")
+        rows.append((name, *errors, *shares, f"{merit.step:.1f}", _failures(row)))
     return layout.plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", "", columns, rows)
 
 

@@ -134,16 +134,10 @@ def unnamed_table(terms: Sequence[FittedTerm]) -> Table | None:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
     columns = [*layout.word_columns("axis"), *layout.text_columns("form")]
     columns += [*layout.word_columns("value", "95 % interval"), *layout.number_columns("selected in")]
-    rows = [
-        (
-            term.axis,
-            term.form,
-            f"{wording.within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip(),
-            _interval(term.ci95),
-            percent(term.inclusion, blank=""),
-        )
-        for term in terms
-    ]
+    rows = []
+    for term in terms:
+        value = f"{wording.within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+        rows.append((term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank="")))
     caption = "a term here is a hint, not a cause"
     return layout.plain_table("Terms without a name", caption, columns, rows) if rows else None
 
@@ -153,16 +147,10 @@ def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     columns = [*layout.word_columns("parameter"), *layout.number_columns("before", "after")]
     columns += layout.word_columns("95 % interval", "unit")
     caption = "* held by the law of dissipation; the interval is the log's own" * any(row.held_by_law for row in rows)
-    cells = [
-        (
-            row.symbol,
-            number(row.before, 4),
-            _after(row) + "*" * row.held_by_law,
-            "at its limit" if row.at_limit else _interval(row.ci95),
-            unit_text(row.unit),
-        )
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        after, ends = _after(row) + "*" * row.held_by_law, "at its limit" if row.at_limit else _interval(row.ci95)
+        cells.append((row.symbol, number(row.before, 4), after, ends, unit_text(row.unit)))
     return layout.fitting("Calibrated parameters", caption, columns, cells, [range(5), range(4)])
 
 
@@ -241,16 +229,10 @@ def _effects_in(
     rows = []
     for item in candidates:
         verdict, others = sureness.verdict_word(item), wording.twins(item)
+        name = wording.effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         numbers = sureness.file_numbers(item, nominal) if verdict != "no evidence" else ()
-        rows.append(
-            (
-                wording.effect_words(item) + (f"\n(or {', '.join(others)})" if others else ""),
-                Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
-                sureness.odds(item),
-                "\n".join(_value(one, gap) for one in numbers),
-                sureness.comes_back(item),
-            )
-        )
+        values, styled = "\n".join(_value(one, gap) for one in numbers), VERDICT_STYLES.get(verdict, "")
+        rows.append((name, Text(verdict, style=styled), sureness.odds(item), values, sureness.comes_back(item)))
     return layout.plain_table(*told, columns, rows)
 
 

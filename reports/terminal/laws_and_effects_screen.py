@@ -23,7 +23,17 @@ _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid b
 
 def audit_screen(audit: Audit) -> list[RenderableType | None]:
     """The table of laws, and the sentences: first what is broken, then the rest."""
-    return [_table(audit), *_words(audit)]
+    broken = [
+        f"{r.law}: {r.sentence}{f' ({percent(r.share)} of what was tried)' if r.share and r.share > 0 else ''}"
+        for r in audit.rulings
+        if r.verdict == "fail"
+    ]
+    return [
+        _table(audit),
+        layout.section("What is broken", layout.bullets(broken)),
+        layout.section("What holds", layout.bullets(r.sentence for r in audit.rulings if r.verdict == "pass")),
+        *map(layout.Prose, audit.notes),
+    ]
 
 
 def headline(audit: Audit) -> str:
@@ -47,16 +57,10 @@ def _table(audit: Audit) -> RenderableType:
     caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
     columns = [*layout.word_columns("law", "verdict"), *layout.number_columns("margin")]
     columns += layout.word_columns("worst case", "proof")
-    rows = [
-        (
-            ruling.law,
-            Text(_verdict(ruling), style=_STYLES[_verdict(ruling)]),
-            _margin(ruling),
-            _place(ruling),
-            "" if ruling.proof == "none" else ruling.proof,
-        )
-        for ruling in audit.rulings
-    ]
+    rows = []
+    for ruling in audit.rulings:
+        verdict, proof = _verdict(ruling), "" if ruling.proof == "none" else ruling.proof
+        rows.append((ruling.law, Text(verdict, style=_STYLES[verdict]), _margin(ruling), _place(ruling), proof))
     return layout.fitting(f"Laws: {audit.verdict}", caption, columns, rows, [range(5), (0, 1, 2, 4)])
 
 
@@ -74,19 +78,6 @@ def _place(ruling: Ruling) -> str:
     if "from" in found:
         return f"{found['from']:.1f} to {found['to']:.1f} s"
     return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in STATE_UNITS)
-
-
-def _words(audit: Audit) -> list[RenderableType | None]:
-    """Sentences of the laws that are broken, in bold, and of the rest."""
-    told = []
-    for r in (r for r in audit.rulings if r.verdict == "fail"):
-        often = f" ({percent(r.share)} of what was tried)" if r.share and r.share > 0 else ""
-        told.append(f"{r.law}: {r.sentence}{often}")
-    return [
-        layout.section("What is broken", layout.bullets(told)),
-        layout.section("What holds", layout.bullets(r.sentence for r in audit.rulings if r.verdict == "pass")),
-        *map(layout.Prose, audit.notes),
-    ]
 
 
 _MOST = 3
@@ -108,19 +99,11 @@ def limits_table(found: HeldLimits) -> RenderableType:
     told = any(one.told for one in found.limits)
     columns = [*layout.text_columns("error", "axis"), *layout.number_columns("measured", "limit", "of it")]
     columns += [*layout.word_columns("unit", "holds"), *layout.text_columns(*[""] * told)]
-    rows = [
-        (
-            what(one),
-            one.axis,
-            number(one.measured),
-            number(one.limit),
-            percent(one.measured / one.limit) if one.limit > 0.0 else "",
-            unit_text(one.unit),
-            Text("yes", style=layout.GOOD) if one.holds else Text("NO", style=layout.BAD),
-            *[one.told] * told,
-        )
-        for one in found.limits
-    ]
+    rows = []
+    for one in found.limits:
+        sizes = (number(one.measured), number(one.limit), percent(_share(one)) if one.limit > 0.0 else "")
+        holds = Text("yes", style=layout.GOOD) if one.holds else Text("NO", style=layout.BAD)
+        rows.append((what(one), one.axis, *sizes, unit_text(one.unit), holds, *[one.told] * told))
     return layout.plain_table("", "", columns, rows)
 
 
@@ -169,7 +152,7 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
     """
     effect = found.effect
     unit = unit_text(FORCE_UNITS[found.axis])
-    amount = [f"{s} = {number(v)} {unit_text(_unit(effect, vehicle, s))}".strip() for s, v in found.amount.items()]
+    amount = [f"{s} = {number(v)} {_unit(effect, vehicle, s)}".strip() for s, v in found.amount.items()]
     reported = "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
     said = [
         ("force", unit_text(effect.equation)),
@@ -216,8 +199,7 @@ def blocks(values: Array, columns: int = _COLUMNS) -> str:
 
 def _unit(effect: Effect, vehicle: Vehicle, symbol: str) -> str:
     named = {p.symbol.replace("{thruster}", t.name): p for p in effect.parameters for t in vehicle.thrusters}
-    unit = named[symbol].unit
-    return "" if unit == "1" else unit
+    return unit_text(named[symbol].unit)
 
 
 def _symbol(parameter: Parameter) -> str:
@@ -250,9 +232,8 @@ def _when(effect: Effect) -> str:
 def _signal(found: Signature) -> str:
     units = {"u": "m/s", "v": "m/s", "r": "rad/s", "du/dt": "m/s²", "dr/dt": "rad/s²", "heading": "rad"}
     unit = units.get(found.signal)
-    return (
-        f"{found.signal}, {_ends(found.values)} {unit}" if unit else f"{found.signal} (of full), {_ends(found.values)}"
-    )
+    full, unit = ("", f" {unit}") if unit else (" (of full)", "")
+    return f"{found.signal}{full}, {_ends(found.values)}{unit}"
 
 
 def _ends(values: Array) -> str:
@@ -275,14 +256,10 @@ def _shares(found: Distilled) -> Table:
     more = traded if any(axis.traded for axis in found.axes) else ""
     shares = layout.number_columns("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
     caption = f"along {found.seconds:.0f} s of motion{more}"
-    rows = [
-        (
-            axis.axis,
-            f"{number(axis.correction, 2)} {axis.unit}",
-            *map(_explained, (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)),
-        )
-        for axis in found.axes
-    ]
+    rows = []
+    for axis in found.axes:
+        explained = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
+        rows.append((axis.axis, f"{number(axis.correction, 2)} {axis.unit}", *map(_explained, explained)))
     columns = [*layout.word_columns("axis"), *shares]
     return layout.plain_table("Share of the correction explained", caption, columns, rows)
 

@@ -8,7 +8,7 @@ from ....physics.motion import AXES
 from ....physics.presentation import listing, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ... import wording
-from ...run_contents import MARKS, RunFolder, difference, hero_horizon, laws_of, mark, reference_of, rivals
+from ...run_contents import MARKS, RunFolder, difference, hero_horizon, laws_of, reference_of, rivals
 from ..figures.model_figures import trust
 from ..markup import Html, card, details, element, figure, folded, lines, listed, paragraphs, render, table
 from .base import Chapter, Section
@@ -31,20 +31,19 @@ def models(comparison: Comparison, audit: AuditRecord | None = None, *, short_of
     """The picture, then the tables, with every paired difference folded away; without tables where `short_of` a run."""
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
     shown = rivals(comparison, audit)
-    paired = any(rival.interval for rival in shown)
+    best = comparison.best
     caption = (
         "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. "
-        f"{'The model to trust is in bold. ' if comparison.best.model else 'None is in bold: none is to be trusted. '}"
+        f"{'The model to trust is in bold. ' if best.model else 'None is in bold: none is to be trusted. '}"
         "An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
         "At the right, one column a law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash "
         "does not apply."
     )
-    if paired:
+    if any(rival.interval for rival in shown):
         caption += (
             f" Bands are 95 % intervals of the difference to the {reference} model, on the same stretches of "
             "the log: where a band reaches that model's mark, the log cannot tell the two apart."
         )
-    best = comparison.best
     return render(
         *paragraphs([unit_text(best.sentence)], "verdict"),
         figure([trust(shown, horizon, best.model, short_of)], caption, cls="wide"),
@@ -135,10 +134,9 @@ def _domain_note(models: Sequence[ComparedModel]) -> str:
     if told is None:
         return ""
     outside, inside = told.outside.rows, told.inside.rows
-    if not outside:
-        return "Every judged row lies within the speeds and thrusts that the training part spans."
-    if not inside:
-        return "Every judged row leaves the speeds and thrusts that the training part spans."
+    if not outside or not inside:
+        where = "leaves" if outside else "lies within"
+        return f"Every judged row {where} the speeds and thrusts that the training part spans."
     return (
         f"Outside: {outside} rows with speeds or thrusts that the training part does not span, against {inside} rows "
         "inside. A model that knows the physics errs alike on both."
@@ -152,19 +150,12 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
         "time to evaluate [s]": [model.seconds_to_evaluate for model in models],
     }
     times = {title: taken for title, taken in times.items() if any(one is not None for one in taken)}
-    told = [model.interval for model in models]
-    sides = ("inside", "outside") if any(told) else ()
-    rows = [
-        (
-            model.name,
-            model.kind,
-            wording.typeset(model.parameters),
-            *(wording.held_shares(getattr(told[k], side, None)) for side in sides),
-            *(wording.typeset(taken[k], blank="not recorded") for taken in times.values()),
-            model.audit,
-        )
-        for k, model in enumerate(models)
-    ]
+    sides = ("inside", "outside") if any(model.interval for model in models) else ()
+    rows = []
+    for k, model in enumerate(models):
+        held = [wording.held_shares(getattr(model.interval, side, None)) for side in sides]
+        took = [wording.typeset(taken[k], blank="not recorded") for taken in times.values()]
+        rows.append((model.name, model.kind, wording.typeset(model.parameters), *held, *took, model.audit))
     intervals = [f"interval holds, {'wording.within' if side == 'inside' else 'beyond'}" for side in sides]
     found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
     note = f"{wording.INTERVAL_HOLDS[0].upper()}{wording.INTERVAL_HOLDS[1:]}."
@@ -194,7 +185,7 @@ def _differences(differences: Sequence[PairedRecord]) -> list[Html]:
 
 
 def _marked(value: str, told: PairedRecord | None) -> str:
-    sign = mark(told)
+    sign = MARKS.get(told.verdict) if told else None
     if told is None or not sign:
         return value
     cls = {"better": "mark better", "worse": "mark worse"}.get(told.verdict, "mark")
@@ -220,12 +211,10 @@ def laws(run: RunFolder) -> Section | None:
         for law in _ordered(told)
         if law.outcome == "fail"
     ]
-    parts: list[Html] = []
+    parts = [element("p", f"{listing(list(judged))}: no law that counts is broken.")]
     if broken:
         head = ("model", "broken law", "worst value", "in words, and the state in which it was found")
-        parts += [element("h3", "Counterexamples"), element("div.wordy", table(head, broken, "llrl"))]
-    else:
-        parts.append(element("p", f"{listing(list(judged))}: no law that counts is broken."))
+        parts = [element("h3", "Counterexamples"), element("div.wordy", table(head, broken, "llrl"))]
     for name, told in judged.items():
         opened = {"open": "open"} if name == "corrected" else {}
         summary = element("summary", f"all laws, {name} model")
@@ -255,8 +244,7 @@ def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
 
 
 def _ordered(told: Sequence[RulingRecord]) -> list[RulingRecord]:
-    rank = {"fail": 0, "noted": 1}
-    return sorted(told, key=lambda law: rank.get(law.outcome, 2))
+    return sorted(told, key=lambda law: {"fail": 0, "noted": 1}.get(law.outcome, 2))
 
 
 def _amount(found: Amount | None) -> str:

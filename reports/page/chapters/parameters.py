@@ -1,6 +1,6 @@
 """Equations and numbers, and where they come from: corrected model, parameters, energy, log, how the page was made."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ....discovery.findings import Calibrated
@@ -39,17 +39,14 @@ def equations(run: RunFolder) -> Section:
     ]
     if removed:
         notes.append(f"No longer there: {listing(removed)}.")
-    beside = _beside(run, ends)
-    return Section(
-        "The corrected model in equations", element("div.card balances", *cards, *beside, *paragraphs(notes))
-    )
+    body = element("div.card balances", *cards, *_beside(run, ends), *paragraphs(notes))
+    return Section("The corrected model in equations", body)
 
 
 def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
     title = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
-    inertia, force = (
-        [_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in (line.inertia, line.force)
-    )
+    sides = (line.inertia, line.force)
+    inertia, force = ([_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in sides)
     equals, nothing = (element("span.term", mathml.formula(one)) for one in (mathml.sign("="), mathml.number("0")))
     parts = [*inertia, equals, *(force or [nothing])]
     return render(element("h3", title), element("div.balance", *parts, role="math", aria_label=spoken(line)))
@@ -142,10 +139,9 @@ def parameter_table(run: RunFolder) -> Section:
             changed.append((symbol, trimmed(old), element("b", trimmed(new)), unit, change))
         elif old:
             same.append((symbol, trimmed(old), unit))
+    inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
     if changed:
         inner = [table(("symbol", "nominal", "corrected", "unit", "change"), changed, "lrrl")]
-    else:
-        inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
     if same:
         kept = table(("symbol", "value", "unit"), same, "lrl")
         inner.append(details(f"{len(same)} parameters kept as they were", kept))
@@ -181,9 +177,8 @@ def energy(run: RunFolder) -> Section | None:
     passivity = run.findings.passivity
     if passivity is None:
         return None
-    return Section(
-        f"Energy: {energy_verdict(passivity)}", card(*(element("p", text) for text in energy_lines(passivity)))
-    )
+    told = [element("p", text) for text in energy_lines(passivity)]
+    return Section(f"Energy: {energy_verdict(passivity)}", card(*told))
 
 
 def data(run: RunFolder) -> Section:
@@ -201,10 +196,8 @@ def data(run: RunFolder) -> Section:
     ]
     rows = [(name, value) for name, value in facts if value]
     inner = [table(("the log", ""), rows, "ll"), *bullets(list(about.notes))]
-    if run.inspections:
-        inner.append(_quality(run.inspections))
-    for inspection in run.inspections:
-        inner.append(details(f"inspection of {inspection.path}", *_tree(inspection)))
+    inner += [_quality(run.inspections)] * bool(run.inspections)
+    inner += [details(f"inspection of {one.path}", *_tree(one)) for one in run.inspections]
     return Section("The log", card(*inner))
 
 
@@ -251,21 +244,15 @@ def _tree(inspection: Inspection) -> list[Html]:
     """All of an inspection as tables: a list of records becomes one table, everything else a row of facts."""
     facts, tables = [], []
     for name, value in inspection.to_dict().items():
-        records = (
-            value
-            if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value)
-            else None
-        )
-        if records:
-            head = list(dict.fromkeys(str(key) for item in records for key in item))
-            body = [[plain(item.get(key, "")) for key in head] for item in records]
-            align = "".join(
-                "l" if any(isinstance(item.get(key), str | Mapping | list) for item in records) else "r" for key in head
-            )
+        if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value):
+            head = list(dict.fromkeys(str(key) for item in value for key in item))
+            body = [[plain(item.get(key, "")) for key in head] for item in value]
+            wordy = [any(isinstance(item.get(key), str | Mapping | list) for item in value) for key in head]
+            align = "".join("l" if words_in else "r" for words_in in wordy)
             tables.append(table([words(key) for key in head], body, align, caption=words(str(name))))
         elif name != "schema":
             facts.append((words(str(name)), plain(value)))
-    return [*([table(("", ""), facts, "ll")] if facts else []), *tables]
+    return [*[table(("", ""), facts, "ll")] * bool(facts), *tables]
 
 
 STORY = (
@@ -279,17 +266,18 @@ def made(run: RunFolder) -> Section:
     """What was demanded of an effect, how to make the run again, and the files with their digests."""
     demands = [f"{words(name)}: {plain(value)}" for name, value in run.findings.criterion.to_dict().items() if value]
     record = run.record
-    facts: list[tuple[str, Html]] = []
-    if record.command:
-        facts.append(("made again, in the run folder, by", element("code", record.command)))
-    if record.seed is not None:
-        facts.append(("seed", render(plain(record.seed))))
-    if record.versions:
-        facts.append(("versions", render(", ".join(f"{name} {number}" for name, number in record.versions.items()))))
-    logs = [
-        (element("code", item.path), element("code", item.sha256 or "not there any more")) for item in record.log_sha256
-    ]
-    files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
+    every = {
+        "made again, in the run folder, by": element("code", record.command) if record.command else "",
+        "seed": "" if record.seed is None else plain(record.seed),
+        "versions": ", ".join(f"{name} {number}" for name, number in record.versions.items()),
+    }
+    facts = [(name, fact) for name, fact in every.items() if fact]
+
+    def codes(pairs: Iterable[tuple[str, str]]) -> list[tuple[Html, Html]]:
+        return [(element("code", name), element("code", digest)) for name, digest in pairs]
+
+    logs = codes((item.path, item.sha256 or "not there any more") for item in record.log_sha256)
+    files = codes(sorted(run.digests.items()))
     parts = [element("p", STORY)]
     parts += [table(("", ""), facts, "ll")] * bool(facts)
     parts += [table(("log", "SHA-256"), logs, "ll")] * bool(logs)

@@ -104,19 +104,14 @@ def play(run: RunFolder) -> Section | None:
         element("div.window", _PLAYER),
         element("p.where", Html("&nbsp;"), data_play="where"),
     )
+    sliders = [*map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:])]
     side = element(
         "div.desk",
-        element(
-            "div.knobs",
-            _error(f"{led.in_words}{judged.some}"),
-            *map(_knob, knobs[:_AT_ONCE]),
-            *_folded(knobs[_AT_ONCE:]),
-        ),
+        element("div.knobs", _error(f"{led.in_words}{judged.some}"), *sliders),
         element("div.buttons", _button("all-before", "Before"), _button("all-after", "After")),
     )
     box = element("figure.card", element("div.board", side, stage), element("figcaption", caption))
-    text = "Sliders for what was added stand here where scripts may run."
-    without = element("p.facts", text, id="play-note")
+    without = element("p.facts", "Sliders for what was added stand here where scripts may run.", id="play-note")
     shown = element("div", box, id="play", hidden="")
     body = render(shown, without, stored, element("script", Html(script())))
     return Section("Try it", body, "play")
@@ -159,16 +154,10 @@ def _measurement(rows: pd.DataFrame, judged: JudgedPieces, corrected: Vehicle) -
         whole = np.round(rows[name].to_numpy() * 10.0**digits).astype(int)
         columns[name] = [10.0**-digits, np.diff(whole, prepend=0).tolist()]
     edges = np.cumsum([0, *(len(piece.rows) for piece in judged.pieces)]).tolist()
-    told = [
-        {
-            "first": first,
-            "last": last,
-            "start": round(float(piece.rows["time"].iloc[0]), 3),
-            "begin": piece.begins,
-            "boat": piece.model,
-        }
-        for (first, last), piece in zip(pairwise(edges), judged.pieces, strict=True)
-    ]
+    told = []
+    for (first, last), piece in zip(pairwise(edges), judged.pieces, strict=True):
+        start = round(float(piece.rows["time"].iloc[0]), 3)
+        told.append({"first": first, "last": last, "start": start, "begin": piece.begins, "boat": piece.model})
     commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in corrected.thrusters]
     return {"step": round(judged.step, 6), "columns": columns, "commands": commands, "pieces": told}
 

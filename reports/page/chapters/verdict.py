@@ -13,9 +13,9 @@ from ... import sureness
 from ...run_contents import RunFolder
 from ...wording import cut, effect_words, interval, risen, step_words, twins, typeset, within
 from .. import outcome
-from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
+from ..figures.effect_figures import coefficients, convincing, excitation, force_drawing, ranked_effects
 from ..figures.model_figures import step_bars
-from ..markup import Html, card, details, element, figure, folded, lines, listed, paragraphs, render, table
+from ..markup import Html, bullets, card, details, element, figure, folded, lines, listed, paragraphs, render, table
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -75,28 +75,24 @@ def falling_error(run: RunFolder) -> Section:
     horizon = outcome.hero(steps, run.comparison.best.horizon).horizon
     names = ["nominal model", *(cut(step_words(step), LONGEST_NAME) for step in steps[1:])]
 
-    def rollout(axis: str) -> list[float]:
-        return [step.rollout(horizon).of(axis) for step in steps]
-
-    def pointwise(axis: str) -> list[float]:
-        return [step.acceleration_rmse.of(axis) for step in steps]
-
-    top = [step_bars("position", "m", rollout("position"), names)]
-    top += [step_bars(axis, ROLLOUT_UNITS[axis], rollout(axis)) for axis in AXES]
-    bottom = [step_bars(axis, ACCELERATION_UNITS[axis], pointwise(axis)) for axis in AXES]
+    ahead = [step.rollout(horizon) for step in steps]
+    along = [step.acceleration_rmse for step in steps]
+    top = [step_bars("position", "m", [errors.position for errors in ahead], names)]
+    top += [step_bars(axis, ROLLOUT_UNITS[axis], [errors.of(axis) for errors in ahead]) for axis in AXES]
+    bottom = [step_bars(axis, ACCELERATION_UNITS[axis], [errors.of(axis) for errors in along]) for axis in AXES]
     side = element(
         "div.side", element("b", "Acceleration error"), lines(["along the measured motion,", "after the same steps"])
+    )
+    caption = (
+        "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. Predictions "
+        "run open loop from measured states; all errors are root mean squares on held-out data."
     )
     drawing = element(
         "figure.card",
         element("h3", f"Error of {horizon} s predictions"),
         element("div.plots steps", *top),
         element("div.plots steps", side, *bottom),
-        element(
-            "figcaption",
-            "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
-            "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
-        ),
+        element("figcaption", caption),
         *paragraphs(risen(steps, horizon), "warn"),
     )
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)
@@ -128,9 +124,6 @@ _COLOURS = (
 """What the colours of the ranking mean."""
 _BEGINS = {"missing": "The model is missing this", "likely": "Probably missing", "possible": "Possible"}
 """How the line begins that says how sure a card is."""
-
-_ALIGNED = "llrllrrl"
-"""Columns of the table of effects, to the left or to the right."""
 
 
 def missing_effects(run: RunFolder) -> Section:
@@ -205,25 +198,20 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
     def numbers(item: EffectFinding) -> list[sureness.FileNumber]:
         return sureness.file_numbers(item, nominal)
 
+    def verdict(item: EffectFinding) -> Html:
+        return element("span", sureness.verdict_word(item), cls=f"tag {item.verdict}".removesuffix(" no evidence"))
+
     columns: dict[str, Callable[[EffectFinding], str]] = {
         "effect": effect_words,
-        "verdict": lambda item: element("span", sureness.verdict_word(item), cls=_tag(item.verdict)),
+        "verdict": verdict,
         "sure": sureness.odds,
         "value": lambda item: lines(f"{one.symbol} = {one.amount()}" for one in numbers(item)),
         "95 % interval": lambda item: lines(interval(one.ci95) for one in numbers(item)),
-        "in the file": lambda item: _in_the_file(numbers(item)),
+        "in the file": lambda item: lines(filed if any(filed := [one.filed() for one in numbers(item)]) else []),
         sureness.BACK: sureness.comes_back,
         "not to be told from": lambda item: lines(twins(item)),
     }
-    return listed(candidates, columns, _ALIGNED, filled=True)
-
-
-def _tag(verdict: str) -> str:
-    return f"tag {verdict}" if verdict != "no evidence" else "tag"
-
-
-def _in_the_file(numbers: Sequence[sureness.FileNumber]) -> Html:
-    return lines(one.filed() for one in numbers if any(each.filed() for each in numbers))
+    return listed(candidates, columns, "llrllrrl", filled=True)
 
 
 def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:
@@ -252,7 +240,7 @@ def what_convinces(run: RunFolder) -> Section | None:
         "lacked. Each is drawn over the signal over which that is seen best; what depends on several scatters."
     )
     title = "The force that is missing" if run.findings.missing else "The force that the nominal model lacks"
-    return Section(title, figure(force_drawings(found), caption, cls="three"))
+    return Section(title, figure(list(map(force_drawing, found)), caption, cls="three"))
 
 
 def identified(run: RunFolder) -> Section | None:
@@ -260,18 +248,13 @@ def identified(run: RunFolder) -> Section | None:
     told = run.findings.identifiability
     if told is None:
         return None
-    decided = [
-        item.effect for item in run.findings.candidates if item.verdict == "missing" and not item.indistinguishable_from
-    ]
-    facts = card(*_facts(told, decided))
-    drawing = [
-        figure(
-            [excitation(told.excitation)],
-            "Force that a plausible amount of each effect would make in this log, as a share of the force at work "
-            "on its axis. An effect with a short bar can hide in this log, however large it may be elsewhere.",
-            cls="one",
-        )
-    ] * bool(told.excitation)
+    sure = [item for item in run.findings.candidates if item.verdict == "missing"]
+    facts = card(*_facts(told, [item.effect for item in sure if not item.indistinguishable_from]))
+    caption = (
+        "Force that a plausible amount of each effect would make in this log, as a share of the force at work on its "
+        "axis. An effect with a short bar can hide in this log, however large it may be elsewhere."
+    )
+    drawing = [figure([excitation(told.excitation)], caption, cls="one")] * bool(told.excitation)
     return Section("What this log can tell", element("div.columns", facts, *drawing))
 
 
@@ -295,40 +278,36 @@ def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
             )
         else:
             texts.append(f"{alike}; a mixture of them may fit as well as one.")
-    if told.noise_limited:
-        texts.append(f"Hardly more than sensor noise: {_names(told.noise_limited)}.")
-    if told.dormant:
-        texts.append(f"Never excited, so neither found nor excluded: {_names(told.dormant)}.")
-    if told.absorbed:
-        texts.append(f"No trace beside what the calibration explains: {_names(told.absorbed)}.")
+    hidden = {
+        "Hardly more than sensor noise": told.noise_limited,
+        "Never excited, so neither found nor excluded": told.dormant,
+        "No trace beside what the calibration explains": told.absorbed,
+    }
+    texts += [f"{why}: {_names(names)}." for why, names in hidden.items() if names]
     if told.quiet_axes:
         axes = listing(told.quiet_axes)
         texts.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
-    if not texts:
-        texts.append("Every effect of the catalogue that the log's channels allow is excited and can be told apart.")
-    parts = [element("h3", "Alike, hidden, or never excited"), element("ul", *(element("li", text) for text in texts))]
-    if told.condition is None:
-        return parts
-    condition = (
+    well = "Every effect of the catalogue that the log's channels allow is excited and can be told apart."
+    condition = "" if told.condition is None else (
         f"Condition number of all effects together: {typeset(told.condition, 2)} (1 is ideal; in the thousands, some "
         "mixtures of effects cannot be told apart)."
-    )
-    return [*parts, *paragraphs([condition])]
+    )  # fmt: skip
+    return [element("h3", "Alike, hidden, or never excited"), *bullets(texts or [well]), *paragraphs([condition])]
 
 
 def _names(names: Sequence[str]) -> str:
     return listing([words(name) for name in names])
 
 
-def advised(items: Sequence[Advice]) -> Html:
-    """Manoeuvres and what each would tell, as a list."""
-    return element("ul", *(element("li", element("b", item.manoeuvre), f": {item.why}") for item in items))
+def advised(items: Sequence[Advice]) -> list[Html]:
+    """Manoeuvres and what each would tell, as a list; nothing for none."""
+    return bullets(render(element("b", item.manoeuvre), f": {item.why}") for item in items)
 
 
 def record_next(run: RunFolder) -> Section | None:
     """The manoeuvres that would settle what the log leaves open."""
-    advice = run.findings.advice
-    return Section("What to record next", card(advised(advice))) if advice else None
+    advice = advised(run.findings.advice)
+    return Section("What to record next", card(*advice)) if advice else None
 
 
 _MOST_EFFECTS = 8
@@ -349,8 +328,7 @@ def in_numbers(run: RunFolder) -> Section | None:
 
 def next_on_paper(run: RunFolder) -> Section | None:
     """The manoeuvres that would settle what the log leaves open."""
-    advice = run.findings.advice[:_MOST_ADVICE]
-    return _on_paper("What to record next", [advised(advice)] * bool(advice))
+    return _on_paper("What to record next", advised(run.findings.advice[:_MOST_ADVICE]))
 
 
 def _on_paper(title: str, parts: list[Html]) -> Section | None:

@@ -8,7 +8,7 @@ import pandas as pd
 from ....comparison.facts import CORRECTED, Comparison
 from ....comparison.failing.failures import Structure
 from ....comparison.failing.places import FailingSeconds
-from ....comparison.failing.rows import scene
+from ....comparison.failing.rows import ACCELERATIONS, scene
 from ....discovery.findings import FailingPlace
 from ....physics.motion import AXES
 from ....physics.presentation import NARROW, percent, share_removed, unit_text, words
@@ -56,9 +56,8 @@ def failing(comparison: Comparison, series: pd.DataFrame, known: Sequence[Failin
     places, structure = comparison.failures or known, comparison.structure
     after = structure[-1].model if len(structure) > 1 else CORRECTED
     rows, held_out = regime_rows(series)
-    source = (
-        "held-out data" if held_out else "all parts of the log, because the held-out part alone is too short for a map"
-    )
+    whole = "all parts of the log, because the held-out part alone is too short for a map"
+    source = "held-out data" if held_out else whole
     bars = figure(
         regime_bars(regime_table(rows, "before"), regime_table(rows, "after")),
         f"Root-mean-square acceleration error by regime, on {source}. A tall orange bar beside a short blue one "
@@ -87,11 +86,8 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> H
     if alone:
         errors, titles = errors[:1], ["the nominal model"]
     drawings = [error_map(longest, error, bounds, title, axis) for error, title in zip(errors, titles, strict=True)]
-    texts = [
-        f"under {bounds[0]:g}",
-        *(f"{low:g} to {low + bounds[0]:g}" for low in bounds[:-1]),
-        f"{bounds[-1]:g} and more",
-    ]
+    between = [f"{low:g} to {low + bounds[0]:g}" for low in bounds[:-1]]
+    texts = [f"under {bounds[0]:g}", *between, f"{bounds[-1]:g} and more"]
     unit = unit_text(ACCELERATION_UNITS[AXES[axis]])
     key = element(
         "div.key",
@@ -104,23 +100,21 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> H
         f"{AXES[axis]} acceleration errs, beside how large it usually is; "
         + ("nothing was added, so there is one map." if alone else "strokes that are gone after are what was missing.")
     )
-    return element(
-        "figure.card", key, element("div.plots pair", *map(enlargeable, drawings)), element("figcaption", caption)
-    )
+    pair = element("div.plots pair", *map(enlargeable, drawings))
+    return element("figure.card", key, pair, element("figcaption", caption))
 
 
 def _worst_axis(series: pd.DataFrame) -> int:
     """The axis on which the first model errs most, as a share of what is measured there."""
-    names = ("u_dot", "v_dot", "r_dot")
-    error = [float(np.nanstd(series[f"{name}_before"] - series[name])) for name in names]
-    return int(np.argmax([e / max(float(np.nanstd(series[n])), 1e-12) for e, n in zip(error, names, strict=True)]))
+    error = [np.nanstd(series[f"{name}_before"] - series[name]) for name in ACCELERATIONS]
+    usual = [np.nanstd(series[name]) for name in ACCELERATIONS]
+    return int(np.argmax(np.array(error) / np.maximum(usual, 1e-12)))
 
 
 def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
     """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
-        text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
-        return element("p.facts", text)
+        return element("p.facts", f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip())
     columns: dict[str, Callable[[FailingPlace], str]] = {
         "model": lambda place: place.model,
         "where its error gathers": lambda place: place.where,
@@ -182,14 +176,11 @@ def _structure(structure: Sequence[Structure]) -> Html:
         "are a current, a wind or a compass error; points on the line are none of these.",
         cls="trio",
     )
-    first = structure[0]
     told = []
-    for title, look in zip(_LOOKS, (first.frequency, first.lag, first.heading, first.drift), strict=True):
-        sentences = [f"{axis}: {look[axis].sentence}" for axis in AXES]
-        told += [element("dt", title), *(element("dd", text) for text in sentences)]
-    in_words = element(
-        "div.card", element("h3", f"The error of the {first.model} model in words"), element("dl.told", *told)
-    )
+    for title, look in zip(_LOOKS, structure[0].looks, strict=True):
+        told += [element("dt", title), *(element("dd", f"{axis}: {look[axis].sentence}") for axis in AXES)]
+    title = element("h3", f"The error of the {structure[0].model} model in words")
+    in_words = card(title, element("dl.told", *told))
     key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"), structure[-1].model)
     return render(element("h3", "What the error is like"), key, fast, turned, in_words)
 
@@ -264,12 +255,9 @@ def _pointwise(run: RunFolder) -> list[Html]:
         f"about zero is an axis that hardly moves beyond the noise of the sensors.{left_out}",
         cls="three",
     )
-    bars = [
-        histogram(rows, axis, _title(run.comparison, axis, "rmse", "rms", unit_text(ACCELERATION_UNITS[axis])))
-        for axis in AXES
-    ]
+    units = {axis: unit_text(ACCELERATION_UNITS[axis]) for axis in AXES}
     errors = figure(
-        bars,
+        [histogram(rows, axis, _title(run.comparison, axis, "rmse", "rms", unit)) for axis, unit in units.items()],
         "How often a prediction errs by how much. A narrow hill at zero is a good model, a hill beside zero is a bias, "
         "and a wide or double hill is physics that depends on the motion and is not in the model. The outermost bars "
         "also hold what lies beyond them.",
@@ -280,12 +268,8 @@ def _pointwise(run: RunFolder) -> list[Html]:
 
 def _title(comparison: Comparison, axis: str, key: str, name: str, unit: str) -> str:
     """The axis, and the figure of the nominal and the corrected model as the comparison has it."""
-    values = [
-        (model.acceleration.r2 if key == "r2" else model.acceleration.rmse).of(axis)
-        for wanted in ("nominal", "corrected")
-        for model in comparison.models
-        if model.name == wanted
-    ]
+    scores = {model.name: model.acceleration for model in comparison.models}
+    values = [getattr(scores[name], key).of(axis) for name in ("nominal", "corrected") if name in scores]
     known = [goodness(value) if key == "r2" else typeset(value, 2) for value in values if value == value]
     return f"{axis}   {name} {f' {ARROW} '.join(known)} {unit}".rstrip() if known else axis
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ....comparison.failing.rows import ACCELERATIONS, COMMAND_KINDS
 from ....discovery.effect_findings import EffectFinding
 from ....discovery.findings import Findings
 from ....discovery.identifiability.rehearsal import Excitation
@@ -26,7 +27,6 @@ _LAST = ("psi", "u_dot", "v_dot", "r_dot")
 _CLEARLY, _UNSEEN = 0.67, 0.05
 """Share of what better known signals leave untold of a law that another may leave at most to be drawn over, and share
 of it that nobody sees to be untold: judgements. The force of a wind over the heading leaves nearly nothing."""
-_COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
 _VELOCITIES: dict[str, str] = dict(zip(AXES, ("u", "v", "r"), strict=True))
 _SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"} | {
     f"{speed}_dot": f"{axis} acceleration" for axis, speed in _VELOCITIES.items()
@@ -79,7 +79,7 @@ class MissingForce:
 def signals(series: Iterable[object]) -> list[str]:
     """Columns that a force may depend on."""
     names = [str(name) for name in series]
-    return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(_COMMANDS))]
+    return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(COMMAND_KINDS))]
 
 
 def missing_force(
@@ -90,8 +90,7 @@ def missing_force(
     Velocities and accelerations along axes that were not judged tell nothing.
     """
     lacking = series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
-    columns = ("u_dot", "v_dot", "r_dot")
-    more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
+    more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(float) for c in ACCELERATIONS])
     added = (more @ mass_matrix(nominal).T)[:, axis]
     known = np.isfinite(lacking) & np.isfinite(added)
     rows = signal_rows({name: series[name].to_numpy(dtype=float)[known] for name in signals(series)})
@@ -116,7 +115,7 @@ def best_signal(rows: Mapping[str, Array], law: Array, axis: int, unjudged: Sequ
         return max((1.0 - explained_share(rows[name], law)) * float(law.var()) / size, _UNSEEN)
 
     speeds = sorted(_VELOCITIES.values(), key=lambda name: name != _VELOCITIES[AXES[axis]])
-    commands = [name for name in rows if name.startswith(_COMMANDS)]
+    commands = [name for name in rows if name.startswith(COMMAND_KINDS)]
     best, least = "", math.inf
     for tier in (speeds, commands, _LAST):
         left = {name: untold(name) for name in tier if name in rows and name not in doubted}
@@ -145,20 +144,15 @@ def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> li
     return sorted((one for one in every if one.told >= _MATTERS), key=lambda one: -one.told)
 
 
-def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
-    """A panel each: measured force less the nominal model's, its means, and what was added, over the signal."""
-    return [_drawing(one) for one in found]
-
-
-def _drawing(found: MissingForce) -> Html:
+def force_drawing(found: MissingForce) -> Html:
+    """Measured force less the nominal model's, its means, and what was added, over the signal."""
     stride = max(1, found.values.size // _POINTS)
     with chart(PANEL, simplify=False) as axes:
         axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
         axes.plot(*means(found.values, found.lacking), "o", color=ROLES["before"], ms=6)
         axes.plot(*means(found.values, found.added), "-", color=ROLES["after"], lw=2.5)
-        unit = unit_text(FORCE_UNITS[found.axis])
-        axis = AXES[found.axis]
+        unit, axis = unit_text(FORCE_UNITS[found.axis]), AXES[found.axis]
         axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{axis} [{unit}]")
         axes.set_title(f"{axis}: {share_removed(found.told)} explained")
         axes.locator_params(nbins=5)

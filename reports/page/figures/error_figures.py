@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....comparison.failing.features import splits
 from ....comparison.failing.frequency import Frequency
-from ....comparison.failing.rows import Array, acceleration_error, scene
+from ....comparison.failing.rows import Array, acceleration_error, scene, squared
 from ....comparison.failing.trends import Heading
 from ....measurements.statistics.signals import running_mean
 from ....physics.motion import AXES
@@ -25,7 +25,6 @@ from .svg import HEAT, PANEL, ROLES, Look, canvas, chart, drawn, panel
 POINTS = 400  # of each model in a scatter
 BINS = 31
 """Odd, so that the middle one holds what is hardly wrong at all."""
-Floats = NDArray[np.float64]
 
 
 def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
@@ -85,14 +84,14 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
         return drawn(axes, f"error of the predicted {axis} acceleration")
 
 
-def _dots(axes: Axes, across: Floats, up: Floats, model: str) -> None:
+def _dots(axes: Axes, across: Array, up: Array, model: str) -> None:
     """Points as one path of lines without length, whose round ends are dots: a third of the bytes of markers."""
     gap = np.full_like(across, np.nan)
     look: Look = {"color": ROLES[model], "linewidth": 3.4, "alpha": 0.55, "solid_capstyle": "round"}
     axes.plot(np.column_stack([across, across, gap]).ravel(), np.column_stack([up, up, gap]).ravel(), **look)
 
 
-def _frame(measured: Floats, predicted: list[Floats]) -> tuple[float, float]:
+def _frame(measured: Array, predicted: list[Array]) -> tuple[float, float]:
     """Ends that hold all that was measured, and nearly all of the predictions unless they run far away."""
     known = measured[np.isfinite(measured)]
     if not known.size:
@@ -198,8 +197,7 @@ def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
         places = np.arange(len(sectors))
         axes.axhline(0.0, color=ROLES["grid"], linewidth=1.4)
         for shift, role, found in zip((-0.15, 0.15), ("before", "after"), heading, strict=False):
-            middle = np.array([np.nan if value is None else value for value in found[axis].mean])
-            spread = np.array([np.nan if value is None else value for value in found[axis].spread])
+            middle, spread = np.array([found[axis].mean, found[axis].spread], dtype=float)
             axes.vlines(places + shift, middle - spread, middle + spread, ROLES[role], linewidth=3.0, alpha=0.4)
             axes.plot(places + shift, middle, "o", color=ROLES[role], markersize=5)
         axes.set_xticks(places, sectors)
@@ -221,21 +219,17 @@ def _broken(values: Array, gap: NDArray[np.intp]) -> Array:
 
 def _pieces(x: Array, y: Array, chosen: NDArray[np.bool_], gap: NDArray[np.intp]) -> tuple[Array, Array]:
     """The chosen points, each run of them as a line that reaches half-way to its neighbours, NaN between the runs."""
-    found_x: list[Array] = []
-    found_y: list[Array] = []
+    points, found = np.stack([x, y]), [np.zeros((2, 0))]
     ends = np.flatnonzero(np.diff(chosen.astype(int)) | np.isin(np.arange(chosen.size - 1), gap)) + 1
     for part in np.split(np.arange(chosen.size), ends):
         if chosen[part[0]]:
-            for values, found in ((x, found_x), (y, found_y)):
-                first, last = part[0], part[-1]
-                start = values[first] if first == 0 or first - 1 in gap else 0.5 * (values[first] + values[first - 1])
-                stop = (
-                    values[last] if last == chosen.size - 1 or last in gap else 0.5 * (values[last] + values[last + 1])
-                )
-                found.append(np.concatenate([[start], values[part], [stop, np.nan]]))
-    if not found_x:
-        return np.zeros(0), np.zeros(0)
-    return np.concatenate(found_x), np.concatenate(found_y)
+            first, last = part[0], part[-1]
+            before = first if first == 0 or first - 1 in gap else first - 1
+            after = last if last == chosen.size - 1 or last in gap else last + 1
+            start, stop = 0.5 * (points[:, first] + points[:, before]), 0.5 * (points[:, last] + points[:, after])
+            found.append(np.column_stack([start, points[:, part], stop, [np.nan, np.nan]]))
+    across, up = np.concatenate(found, axis=1)
+    return across, up
 
 
 def _positive(values: Sequence[float]) -> Array:
@@ -269,41 +263,30 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
     error = scene(table, model).error
     if not np.isfinite(error).any():
         error = acceleration_error(table, model)  # stretches so short that they are all edge
-    records: list[dict[str, object]] = []
+    records: list[tuple[object, ...]] = []
     for split in splits(table):
         squares, counts = _sums(error, split.codes, len(split.labels))
         for index, label in enumerate(split.labels):
             if not counts[index].any():
                 continue
             for column, axis in enumerate(AXES):
-                rows, total = int(counts[index, column]), squares[:, column].sum()
+                rows, total, square = int(counts[index, column]), squares[:, column].sum(), squares[index, column]
                 share_of_rows = rows / max(int(counts[:, column].sum()), 1)
-                records.append(
-                    {
-                        "by": split.by,
-                        "regime": label,
-                        "low": split.edges[index] if split.edges else np.nan,
-                        "high": split.edges[index + 1] if split.edges else np.nan,
-                        "axis": axis,
-                        "rows": rows,
-                        "share_of_rows": share_of_rows,
-                        "rmse": float(np.sqrt(squares[index, column] / rows)) if rows else np.nan,
-                        "unit": ACCELERATION_UNITS[axis],
-                        "share_of_error": float(squares[index, column] / total) if total > 0.0 else share_of_rows,
-                    }
-                )
+                low, high = split.edges[index : index + 2] if split.edges else (np.nan, np.nan)
+                rmse = float(np.sqrt(square / rows)) if rows else np.nan
+                share = float(square / total) if total > 0.0 else share_of_rows
+                place = (split.by, label, low, high, axis, rows, share_of_rows)
+                records.append((*place, rmse, ACCELERATION_UNITS[axis], share))
     return pd.DataFrame.from_records(records, columns=list(_COLUMNS))
 
 
-def _sums(
-    error: NDArray[np.float64], codes: NDArray[np.intp], size: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _sums(error: Array, codes: NDArray[np.intp], size: int) -> tuple[Array, Array]:
     """Sum of squares and count of finite errors per code, each of shape (size, 3)."""
-    usable = np.isfinite(error)
-    squares = np.square(np.where(usable, error, 0.0))
-    total = [np.bincount(codes, squares[:, column], size) for column in range(3)]
-    count = [np.bincount(codes, usable[:, column], size) for column in range(3)]
-    return np.column_stack(total).astype(np.float64), np.column_stack(count).astype(np.float64)
+    squares, counted = (
+        np.column_stack([np.bincount(codes, column, size) for column in each.T]).astype(float)
+        for each in (squared(error), np.isfinite(error))
+    )
+    return squares, counted
 
 
 REGIME_TITLES = {"surge speed": "by surge speed [m/s]", "yaw rate": "by yaw rate [rad/s], starboard positive"}
@@ -331,10 +314,8 @@ def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
     tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
     for axis, rows in after.groupby("axis"):
         tops[axis] = max(tops[axis], 1.08 * rows["rmse"].max())
-    return [
-        _regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops)
-        for by in pd.unique(before["by"])
-    ]
+    quantities = pd.unique(before["by"])
+    return [_regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops) for by in quantities]
 
 
 def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Mapping[Any, float]) -> Html:

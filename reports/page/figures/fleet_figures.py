@@ -68,14 +68,14 @@ def _names(axes: Axes, row: int, changes: Sequence[hull_diary.ChangeRecord], end
         wide = _LETTER * (len(text) + 2) * (ends[1] - ends[0]) / (WIDTH - LEFT - RIGHT)
         right, left = max(_at(change.alarm), _at(change.latest)), _at(change.earliest)
         places = {"left": (right, right + wide), "right": (left - wide, left)}
-        free = [
-            (low >= ends[0] and high <= ends[1], side)
+        free = {
+            side: low >= ends[0] and high <= ends[1]
             for side, (low, high) in places.items()
             if all(high <= begin or low >= end for begin, end in taken)
-        ]
-        if not free or (taken and not any(inside for inside, _ in free)):
+        }
+        if not free or (taken and not any(free.values())):
             continue  # a name over another would hide both; the sentences have it
-        side = next((side for inside, side in free if inside), "right")
+        side = next((side for side, inside in free.items() if inside), "right")
         place = right if side == "left" else left
         axes.annotate(text, (place, row), (9 if side == "left" else -9, 0), ha=side, bbox=box, **beside)
         taken.append(places[side])
@@ -116,12 +116,8 @@ def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hu
     unit = unit_text(fleet.unit)
     title = f"{hull_diary.plain(one.name)}{f' [{unit}]' if unit else ''}{': differs' if one.differs else ''}"
     parts.append(_text(0.0, 14.0, title, "start", "ink", "600"))
-    label = {
-        "viewBox": f"0 0 {WIDE} {TALL}",
-        "role": "img",
-        "aria-label": f"{hull_diary.plain(one.name)} of {boat.boat} by day",
-    }
-    return element("svg", *parts, **label)
+    label = f"{hull_diary.plain(one.name)} of {boat.boat} by day"
+    return element("svg", *parts, viewBox=f"0 0 {WIDE} {TALL}", role="img", aria_label=label)
 
 
 def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[[float], float]:
@@ -182,20 +178,17 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
 
 
 def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
-    bands = [(one.number.ci95 or (one.number.value,) * 2) if one else None for one in shared.held]
-    ends = [
-        end for one, band in zip(shared.held, bands, strict=True) if one and band for end in (*band, one.number.value)
-    ]
+    bands = [(one.number.ci95 or (one.number.value,) * 2) for one in shared.held if one]
+    ends = [end for band in bands for end in band] + [one.number.value for one in shared.held if one]
     ends += [value for value, one in zip(shared.filed, shared.held, strict=True) if one is None and isfinite(value)]
     margin = 0.08 * (max(ends) - min(ends)) or 0.1 * abs(ends[0]) or 0.1
     if shared.relation is Relation.SAME:
-        known = [band for band in bands if band is not None]
-        low, high = max(band[0] for band in known), min(band[1] for band in known)
+        low, high = max(low for low, _ in bands), min(high for _, high in bands)
         axes.axvspan(low, max(low, high), color=ROLES["measured"], alpha=0.35, lw=0)
-    for index, (name, one, band) in enumerate(zip(names, shared.held, bands, strict=True)):
+    for index, (name, one) in enumerate(zip(names, shared.held, strict=True)):
         beside(axes, cut(name, _LONGEST), index, -8, ha="right")
-        if one is not None and band is not None:
-            axes.plot(band, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
+        if one is not None:
+            axes.plot(one.number.ci95 or [one.number.value] * 2, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
             axes.plot(one.number.value, index, "o", color=ROLES["after"], ms=7)
             text = f"{one.number.amount().removesuffix(unit_text(shared.unit)).rstrip()} ({interval(one.number.ci95)})"
         else:

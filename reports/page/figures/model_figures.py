@@ -70,21 +70,21 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
         axes.annotate(cut(rival.model.name, LONGEST_NAME), (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
-        if rival.score.position > 0.0:
+        error, audit = rival.score.position, rival.model.audit
+        text = number(error, 2, minus=MINUS, blank="diverged")
+        if error > 0.0:
             if rival.interval:
-                span = np.clip(rival.interval, low, high)
-                axes.plot(span, [row, row], color=COLOURS.get(rival.model.audit, ROLES["muted"]), lw=6, alpha=0.35)
-            axes.plot(rival.score.position, row, SHAPES.get(rival.model.audit, "o"), **_look(rival))
-        text = number(rival.score.position, 2, minus=MINUS, blank="diverged")
-        if rival.score.diverged and rival.score.position > 0.0:
-            text += f" ({rival.score.diverged} of {rival.score.starts or 0} ran away)"
+                look: Look = {"color": COLOURS.get(audit, ROLES["muted"]), "lw": 6, "alpha": 0.35}
+                axes.plot(np.clip(rival.interval, low, high), [row, row], **look)
+            size = 7.0 + 1.6 * math.log10(1.0 + (rival.model.parameters or 0))
+            axes.plot(error, row, SHAPES.get(audit, "o"), ms=size, **_look(audit))
+            text += f" ({rival.score.diverged} of {rival.score.starts or 0} ran away)" * bool(rival.score.diverged)
         ends = [end for end in (rival.interval or ()) if end > 0.0]
-        place = min(max([rival.score.position, *ends]), high) if rival.score.position > 0.0 else low
+        place = min(max([error, *ends]), high) if error > 0.0 else low
         inside = place < low * (high / low) ** 0.72
-        place = place if inside else max(min([rival.score.position, *ends]), low)
-        axes.annotate(
-            text, (place, row), (11 if inside else -11, 0), **BESIDE, ha="left" if inside else "right", weight=strong
-        )
+        place = place if inside else max(min([error, *ends]), low)
+        shift, side = (11, "left") if inside else (-11, "right")
+        axes.annotate(text, (place, row), (shift, 0), **BESIDE, ha=side, weight=strong)
 
 
 def _legend(axes: Axes) -> None:
@@ -92,18 +92,14 @@ def _legend(axes: Axes) -> None:
     axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
     axes.set_axis_off()
     for row, (audit, text) in enumerate((("pass", "keeps the laws"), ("fail", "breaks a law"), ("", "not asked"))):
-        colour, height = COLOURS.get(audit, ROLES["muted"]), 0.62 - 0.26 * row
-        look = {"color": colour if audit else ROLES["surface"], "mec": colour, "mew": 2.0}
-        axes.plot(0.02, height, SHAPES.get(audit, "o"), ms=9, **look)
+        height = 0.62 - 0.26 * row
+        axes.plot(0.02, height, SHAPES.get(audit, "o"), ms=9, **_look(audit))
         axes.annotate(text, (0.02, height), (12, 0), **BESIDE, color=ROLES["muted"])
 
 
-def _look(rival: Rival) -> Look:
-    """A disc that grows with the number of parameters; hollow where no law was asked."""
-    size = 7.0 + 1.6 * math.log10(1.0 + (rival.model.parameters or 0))
-    colour = COLOURS.get(rival.model.audit, ROLES["muted"])
-    fill = colour if rival.model.audit in COLOURS else ROLES["surface"]
-    return {"ms": size, "color": fill, "mec": colour, "mew": 2.0}
+def _look(audit: str) -> Look:
+    """The colours of a mark by the verdict of the laws; hollow where no law was asked."""
+    return {"color": COLOURS.get(audit, ROLES["surface"]), "mec": COLOURS.get(audit, ROLES["muted"]), "mew": 2.0}
 
 
 def _about(rival: Rival) -> str:
@@ -175,8 +171,8 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.minorticks_off()
         tall = GROWTH_HEIGHT - 60
-        at = [tall * float(axes.transAxes.inverted().transform(axes.transData.transform((s[-1], e[-1])))[1])
-              for _, (s, e) in lines]  # fmt: skip
+        up = axes.transData + axes.transAxes.inverted()
+        at = [tall * float(up.transform((seconds[-1], error[-1]))[1]) for _, (seconds, error) in lines]
         for (model, (_, error)), place in zip(lines, _apart(at, tall), strict=True):
             text = f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m"
             look: Look = {**BESIDE, "color": colours.get(model.name, ROLES["muted"])}
@@ -239,13 +235,11 @@ def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple
         style = {"color": colour, "lw": 1.0 if last else 1.8, "ls": "--" if last else "-", "label": label}
         if plan:
             axes.plot(done.motion[:, 1], done.motion[:, 0], **style)
+            axes.set(xlabel="east [m]", ylabel="north [m]", aspect="equal", adjustable="datalim")
         else:
             axes.plot(done.time, np.hypot(*(done.motion[:, :2] - points[:, :2]).T), **style)
+            axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.set_title(f"{track}: {TRACKS[track].about}", loc="left", fontsize=10.5)
-    if plan:
-        axes.set(xlabel="east [m]", ylabel="north [m]", aspect="equal", adjustable="datalim")
-    else:
-        axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False, ncols=2, title="RMS distance from it")
 
 
@@ -320,7 +314,11 @@ def _speed(axes: Axes, runs: pd.DataFrame, name: str) -> None:
         axes.fill_between(runs["time"], middle - half, middle + half, **BAND)
     for role, suffix, thickness in LINES:
         axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
-    _limit(axes, runs, name)
+    # The measured line stays readable where a prediction runs away.
+    low, high = runs[name].min(), runs[name].max()
+    margin = max(0.6 * (high - low), 1e-3)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, low - margin), min(top, high + margin))
 
 
 def _position_error(axes: Axes, runs: pd.DataFrame) -> None:
@@ -363,11 +361,3 @@ def _discs(axes: Axes, runs: pd.DataFrame) -> None:
     ends = runs[there & ~there.shift(-1, fill_value=False)]
     for north, east, radius in ends[["north_after", "east_after", "position_band"]].dropna().to_numpy(dtype=float):
         axes.add_patch(Circle((east, north), radius, **BAND))
-
-
-def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
-    """Keep the measured line readable where a prediction runs away."""
-    low, high = runs[name].min(), runs[name].max()
-    margin = max(0.6 * (high - low), 1e-3)
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(max(bottom, low - margin), min(top, high + margin))

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ....comparison.failing.rows import ACCELERATIONS
 from ....discovery.effect_findings import FittedTerm
 from ....discovery.findings import Findings
 from ....physics.effects import BY_NAME
@@ -32,7 +33,7 @@ from ..markup import LIGHT, NOTHING, Html, element
 from ..outcome import Hero, hero
 from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
-from .svg import saved
+from .svg import Look, saved
 
 _LINES = (("measured", "", MEASURED, 4.0), ("nominal", "_before", BEFORE, 1.0), ("corrected", "_after", AFTER, 1.0))
 """What a line is of, the ending of its columns, its colour and its width."""
@@ -127,9 +128,8 @@ class Plots(Drawings):
         knobs = knobs_of(self.nominal, self.corrected)
         knob = next((one for one in knobs if symbol in ("", one.symbol)), None)
         if knob is None:
-            there = (
-                f"there are {listing([one.symbol for one in knobs])}" if knobs else "model.yaml is the nominal model"
-            )
+            names = listing([one.symbol for one in knobs])
+            there = f"there are {names}" if knobs else "model.yaml is the nominal model"
             raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
 
         led = hero(self.findings.steps, self.deciding)
@@ -154,19 +154,13 @@ class Plots(Drawings):
         model : "before" or "after"
         """
         index = self._axis(axis)
-        column = ("u_dot", "v_dot", "r_dot")[index]
+        column = ACCELERATIONS[index]
         error = np.abs((self.series[column] - self.series[f"{column}_{model}"]).to_numpy(dtype=float))
         axes = new_axes(ax)
         order = np.argsort(error)
-        drawn = axes.scatter(
-            self.series["u"].to_numpy()[order],
-            self.series["r"].to_numpy()[order],
-            c=error[order],
-            s=4,
-            cmap="viridis_r",
-            vmin=0.0,
-            vmax=float(np.nanquantile(error, 0.98)),
-        )
+        look: Look = {"s": 4, "cmap": "viridis_r", "vmin": 0.0, "vmax": float(np.nanquantile(error, 0.98))}
+        speed, rate = (self.series[name].to_numpy()[order] for name in ("u", "r"))
+        drawn = axes.scatter(speed, rate, c=error[order], **look)
         unit = unit_text(SIGNALS[column])
         axes.figure.colorbar(drawn, ax=axes, label=f"error of {AXES[index]} acceleration [{unit}]")
         axes.set(xlabel="u [m/s]", ylabel="r [rad/s]")
@@ -332,17 +326,16 @@ _WIDTH, _HEIGHT, _MARGIN = 180.0, 14.0, 6.0
 def of_findings(findings: Findings) -> dict[str, str]:
     """The numbers of a card, each over its 95 % interval, by the label of its line."""
     label, terms = findings.in_play
-    rows = [
-        element("tr", element("td", term.in_words), element("td", interval_bar(term, null))) for term, null in terms
-    ]
+    cells = [(term.in_words, interval_bar(term, null)) for term, null in terms]
+    rows = [element("tr", element("td", name), element("td", bar)) for name, bar in cells]
     return {label: element("table", *rows)} if rows else {}
 
 
 def of_run(findings: Findings, series: "pd.DataFrame", nominal: Vehicle) -> dict[str, str]:
     """The same, and the force that the model lacks, where what was added explains it, as the page has it."""
-    from .effect_figures import convincing, force_drawings
+    from .effect_figures import convincing, force_drawing
 
-    best = force_drawings(convincing(findings, series, nominal)[:1])
+    best = [force_drawing(one) for one in convincing(findings, series, nominal)[:1]]
     paper = {"style": f"{' '.join(LIGHT.split())} --font: sans-serif; background: var(--card); width: 320px"}
     return of_findings(findings) | ({"force": element("div", *best, **paper)} if best else {})
 
@@ -356,9 +349,8 @@ def interval_bar(term: FittedTerm, null: float) -> Html:
     least, span = min(marks), (max(marks) - min(marks)) or 1.0
     at, low, high, absent = (f"{_MARGIN + (_WIDTH - 2 * _MARGIN) * (mark - least) / span:.1f}" for mark in marks)
     middle = f"{_HEIGHT / 2:g}"
-    wide = {"x1": low, "x2": high, "y1": middle, "y2": middle, "stroke": "#0072b2", "stroke-width": "3"}
-    tick = {"x1": absent, "x2": absent, "y1": "1", "y2": f"{_HEIGHT - 1:g}", "stroke": "#d55e00", "stroke-width": "2"}
-    disc = {"cx": at, "cy": middle, "r": "4", "fill": "#0072b2"}
+    tick = element("line", x1=absent, x2=absent, y1="1", y2=f"{_HEIGHT - 1:g}", stroke="#d55e00", stroke_width="2")
+    wide = element("line", x1=low, x2=high, y1=middle, y2=middle, stroke="#0072b2", stroke_width="3")
+    disc = element("circle", cx=at, cy=middle, r="4", fill="#0072b2")
     size = {"width": f"{_WIDTH:g}", "height": f"{_HEIGHT:g}", "role": "img", "aria-label": term.in_words}
-    drawn = [element("line", **tick), element("line", **wide), element("circle", **disc)]
-    return element("svg", *drawn, **size)
+    return element("svg", tick, wide, disc, **size)

@@ -102,14 +102,11 @@ class ComparisonPlots(Drawings):
         RequestError
             for a model of which no places were looked for.
         """
-        found = [
-            place for place in self.comparison.failures if place.model == (model or self.comparison.models[0].name)
-        ]
-        known = list(dict.fromkeys(place.model for place in self.comparison.failures))
+        places, wanted = self.comparison.failures, model or self.comparison.models[0].name
+        found = [place for place in places if place.model == wanted]
         if model and not found:
-            raise RequestError(
-                f"plot: no failures of a model {model!r}; there are those of {', '.join(known) or 'none'}"
-            )
+            known = ", ".join(dict.fromkeys(place.model for place in places)) or "none"
+            raise RequestError(f"plot: no failures of a model {model!r}; there are those of {known}")
         return _places(found, ax)
 
 
