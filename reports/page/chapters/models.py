@@ -156,7 +156,7 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
         held = [wording.held_shares(getattr(model.interval, side, None)) for side in sides]
         took = [wording.typeset(taken[k], blank="not recorded") for taken in times.values()]
         rows.append((model.name, model.kind, wording.typeset(model.parameters), *held, *took, model.audit))
-    intervals = [f"interval holds, {'wording.within' if side == 'inside' else 'beyond'}" for side in sides]
+    intervals = [f"interval holds, {'within' if side == 'inside' else 'beyond'}" for side in sides]
     found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
     note = f"{wording.INTERVAL_HOLDS[0].upper()}{wording.INTERVAL_HOLDS[1:]}."
     return render(found, *paragraphs([note] * bool(sides)))
