@@ -217,3 +217,14 @@ def test_models_keep_their_names_and_unknown_times_have_no_column(run):
     assert "mon lstm" not in page
     assert "time to evaluate [s]" in told
     assert "time to fit" not in told
+
+
+def test_columns_of_what_an_interval_holds_are_told_in_words(run):
+    def held(comparison):
+        share = {"surge": 0.9, "sway": 0.95, "yaw": 1.0}
+        comparison["models"][0]["interval"] = {"level": 0.95, "inside": {"rows": 9, "share": share, "margin": share}}
+
+    edit(run / "comparison.json", held)
+    told = chapter(write_page(run).read_text(), "Which model to trust")
+    assert "<th>interval holds, within</th>" in told
+    assert "<th>interval holds, beyond</th>" in told
