@@ -167,7 +167,7 @@ def _flash(path: Path) -> str:
         while (message := log.recv_msg()) is not None:
             theirs[message.get_type()] += 1
     found = DataFlash(path, Request())
-    ours = {name: len(found.bodies(name)) for name in found.names()}
+    ours = {name: len(found.bodies(name)) for name in found.kinds}
     wrong = [f"{name}: {ours.get(name, 0)} of {n}" for name, n in theirs.items() if abs(ours.get(name, 0) - n) > 2]
     return ", ".join(wrong[:5])
 

@@ -7,6 +7,7 @@ cancels on paper, as of two thrusters that push alike, cancels to the bit and a 
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from operator import attrgetter
 
 import numpy as np
@@ -198,10 +199,5 @@ class Flattened:
 
 def _merged(crowd: Sequence[tuple[Terms, int]]) -> list[tuple[Terms, int]]:
     """A crowd with rollouts of one vehicle that follow one another taken as one: each is a product of matrices less."""
-    result: list[tuple[Terms, int]] = []
-    for terms, width in crowd:
-        if result and result[-1][0] is terms:
-            result[-1] = (terms, result[-1][1] + width)
-        else:
-            result.append((terms, width))
-    return result
+    groups = (list(group) for _, group in groupby(crowd, key=lambda one: id(one[0])))
+    return [(group[0][0], sum(width for _, width in group)) for group in groups]

@@ -10,8 +10,9 @@ import re
 import tomllib
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import combinations_with_replacement
+from operator import mul
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -35,14 +36,8 @@ class Form:
 
     def __call__(self, surge_speed: "Array", sway_speed: "Array", yaw_rate: "Array") -> "Array":
         """Value of the monomial; the arrays broadcast [m/s, m/s, rad/s], and may be tensors."""
-        state = (surge_speed, sway_speed, yaw_rate)
-        value: Array | None = None
-        for factor in self.factors:
-            x = state[_INDEX[factor.strip("|")]]
-            x = abs(x) if factor.startswith("|") else x
-            value = x if value is None else value * x
-        assert value is not None
-        return value
+        speeds = {"u": surge_speed, "v": sway_speed, "r": yaw_rate}
+        return reduce(mul, (abs(speeds[f[1]]) if f.startswith("|") else speeds[f] for f in self.factors))
 
     @property
     def degree(self) -> int:
@@ -74,15 +69,8 @@ def parse_form(text: str) -> Form:
     ('u', 'u', '|r|')
     """
     squeezed = text.replace(" ", "").replace("*", "")
-    factors: list[str] = []
-    position = 0
-    while position < len(squeezed):
-        match = _FACTOR.match(squeezed, position)
-        if match is None:
-            break
-        factors += [match.group(1)] * int(match.group(2) or 1)
-        position = match.end()
-    if position < len(squeezed) or not 1 <= len(factors) <= 3:
+    factors = [name for name, power in _FACTOR.findall(squeezed) for _ in range(int(power or 1))]
+    if _FACTOR.sub("", squeezed) or not 1 <= len(factors) <= 3:
         raise VehicleError(
             f"term form {shown(text)}: expected a product of one to three of u, v, r, |u|, |v|, |r|, "
             "for example 'u|u|' or '|v|r'"

@@ -4,6 +4,7 @@ A message says what was expected, what came and what to try. Remedies are writte
 turned into arguments where Python called. No byte of foreign text moves a cursor, opens a line or fills a screen.
 """
 
+import json
 import re
 from typing import Any
 
@@ -92,7 +93,7 @@ def escaped_json(text: str) -> str:
     >>> escaped_json('{"name": "\u202eyx"}')
     '{"name": "\\u202eyx"}'
     """
-    return _UNFIT.sub(lambda found: "".join(f"\\u{unit:04x}" for unit in _units(found[0])), text)
+    return _UNFIT.sub(lambda found: json.dumps(found[0])[1:-1], text)
 
 
 def shortened(text: str, most: int = MOST_SHOWN) -> str:
@@ -144,15 +145,7 @@ def listed(names: Any, most: int = _ITEMS) -> str:
 
 
 def _escape(found: re.Match[str]) -> str:
-    code = ord(found[0])
-    known = {9: "\\t", 10: "\\n", 13: "\\r"}.get(code)
-    return known or (f"\\x{code:02x}" if code < 256 else f"\\u{code:04x}" if code < 65536 else f"\\U{code:08x}")
-
-
-def _units(character: str) -> tuple[int, ...]:
-    """The UTF-16 code units of a character, in which JSON counts."""
-    code = ord(character)
-    return (code,) if code < 65536 else (0xD800 + ((code - 65536) >> 10), 0xDC00 + ((code - 65536) & 0x3FF))
+    return found[0].encode("unicode_escape").decode("ascii")
 
 
 def _repr(value: Any, depth: int) -> str:

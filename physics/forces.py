@@ -167,20 +167,6 @@ class ForceEquation:
     turns : forces depend on the heading, as current and wind are fixed to the earth
     """
 
-    __slots__ = (
-        "_beside",
-        "_constant",
-        "_growing",
-        "_inverse",
-        "_lines",
-        "_products",
-        "has_memory",
-        "inverse_mass",
-        "memory",
-        "turns",
-        "vehicle",
-    )
-
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
         self.inverse_mass = np.linalg.inv(mass_matrix(vehicle))

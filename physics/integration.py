@@ -20,6 +20,10 @@ SPEED_LIMIT = 50.0
 """Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held: 100 knots, and eight turns a
 second."""
 
+Item = TypeVar("Item")
+Key = TypeVar("Key")
+Forcing = TypeVar("Forcing")
+
 Added = Callable[[int, Array], Array]
 """Acceleration over ground (3, batch) that is held during a step beside the vehicle's own, from the number of the step
 and the state (6, batch) at its beginning; called once a step, in order."""
@@ -111,13 +115,18 @@ def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added |
     """
     of_vehicle = {id(one.vehicle): Terms(one.vehicle) for one in crowd if one.vehicle is not None}
     parts = [_parts(one, of_vehicle, time_step) for one in crowd]
-    rolled: list[Rollouts | None] = [None] * len(crowd)
-    for number in dict.fromkeys(parts):
-        together = [k for k, own in enumerate(parts) if own == number]
-        found = _integrate([crowd[k] for k in together], of_vehicle, time_step, added, number)
-        for k, one in zip(together, found, strict=True):
-            rolled[k] = one
-    return [one for one in rolled if one is not None]
+    return _in_groups(crowd, parts, lambda group, number: _integrate(group, of_vehicle, time_step, added, number))
+
+
+def _in_groups(
+    items: Sequence[Item], keys: Sequence[Key], solve: Callable[[list[Item], Key], list[Rollouts]]
+) -> list[Rollouts]:
+    """Rollouts of all items, solved together where they have the same key, in the order of the items."""
+    found: dict[int, Rollouts] = {}
+    for key in dict.fromkeys(keys):
+        alike = [k for k, other in enumerate(keys) if other == key]
+        found |= dict(zip(alike, solve([items[k] for k in alike], key), strict=True))
+    return [found[k] for k in range(len(items))]
 
 
 def _parts(driven: Driven, terms: Mapping[int, Terms], time_step: float) -> int:
@@ -261,9 +270,6 @@ def _idle(x: Array) -> Array:
     return out
 
 
-Forcing = TypeVar("Forcing")
-
-
 def runge_kutta(
     slope: Callable[[Array, Forcing], Array], state: Array, forcing: tuple[Forcing, Forcing, Forcing], step: float
 ) -> Array:
@@ -394,14 +400,12 @@ def rollouts(asked: Sequence[tuple[Vehicle, Legs]], placed: bool = True) -> list
     RequestError
         when a start leaves fewer rows than its steps.
     """
-    steps = [legs.motion.time_step for _, legs in asked]
-    found: dict[int, Rollouts] = {}
-    for step in dict.fromkeys(steps):
-        alike = [k for k, other in enumerate(steps) if other == step]
+
+    def together(alike: list[tuple[Vehicle, Legs]], step: float) -> list[Rollouts]:
         with np.errstate(over="ignore", invalid="ignore"):
-            done = integrate_together([_driven(*asked[k], placed) for k in alike], step)
-        found |= dict(zip(alike, done, strict=True))
-    return [found[k] for k in range(len(asked))]
+            return integrate_together([_driven(vehicle, legs, placed) for vehicle, legs in alike], step)
+
+    return _in_groups(asked, [legs.motion.time_step for _, legs in asked], together)
 
 
 def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:

@@ -90,6 +90,8 @@ RUN_UP = 20.0
 """Longest history of commands that a motion keeps [s]: a delay of 2 s and six time constants of a lag of 3 s."""
 
 
+_COLUMNS = ("time", "position", "heading", "velocity", "commands", "minutes")
+"""What every motion has of each row."""
 _OF_TIME = cast("Array", None)
 """Minutes that are those of the time base; no motion has it once it is made."""
 
@@ -174,6 +176,25 @@ class Motion(Card):
         if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
             raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")
 
+    @classmethod
+    def at_rest(
+        cls, time_step: float, commands: Array, thrusters: tuple[str, ...], source: str = "", heading: float = 0.0
+    ) -> "Motion":
+        """A boat that lies at the origin under some commands: where simulations start.
+
+        Parameters
+        ----------
+        time_step : [s]
+        commands : (n, thrusters), each in its unit
+        thrusters : their names
+        source : see the attributes
+        heading : psi [rad]
+        """
+        n = commands.shape[0]
+        time = time_step * np.arange(n, dtype=float)
+        still = np.zeros((n, 2)), np.full(n, heading), np.zeros((n, 3))
+        return cls(time, *still, commands, thrusters, source)
+
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         top = np.abs(self.velocity).max(axis=0)
@@ -204,8 +225,7 @@ class Motion(Card):
         """
         if (self.air is None) != (later.air is None):
             raise LogError("motion: expected an anemometer in all rows or in none")
-        names = ("time", "position", "heading", "velocity", "commands", "minutes")
-        rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in names}
+        rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in _COLUMNS}
         air = None if self.air is None or later.air is None else np.concatenate([self.air, later.air])
         return replace(self, **rows, air=air)
 
@@ -221,13 +241,8 @@ class Motion(Card):
 
         return replace(
             self,
-            time=self.time[rows],
-            position=self.position[rows],
-            heading=self.heading[rows],
-            velocity=self.velocity[rows],
-            commands=self.commands[rows],
+            **{name: getattr(self, name)[rows] for name in _COLUMNS},
             run_up=earlier(self.run_up, self.commands[before]),
             past=earlier(self.past, np.column_stack([self.heading[before], self.velocity[before]])),
             air=None if self.air is None else self.air[rows],
-            minutes=self.minutes[rows],
         )

@@ -239,12 +239,8 @@ def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Mot
     commands : (n, thrusters), each in its unit
     time_step : [s]
     """
-    n = commands.shape[0]
-    names = tuple(t.name for t in vehicle.thrusters)
-    start = Motion(
-        time_step * np.arange(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)), commands, names, vehicle.name
-    )
-    return simulate_motion(vehicle, replace(start, air=np.tile(WIND, (n, 1))))
+    start = Motion.at_rest(time_step, commands, tuple(t.name for t in vehicle.thrusters), vehicle.name)
+    return simulate_motion(vehicle, replace(start, air=np.tile(WIND, (commands.shape[0], 1))))
 
 
 def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:

@@ -402,15 +402,13 @@ def drive(
     rows = [1 + round(sum(step[0] for step in trial.steps) / COMMAND_STEP) for trial in trials]
     longest = max(rows)
     names = tuple(t.name for t in vehicle.thrusters)
-    time = COMMAND_STEP * np.arange(longest, dtype=float)
     still: list[Motion] = []
     for trial in trials:
         steps = hold(*trial.steps)
         level = np.pad(steps, ((0, longest - len(steps)), (0, 0)), mode="edge")
         commands = thruster_commands(vehicle, level[:, 0], level[:, 1])
-        rest = np.zeros((longest, 3))
-        name, now = f"rehearsed: {trial.name}", np.full(longest, minutes)
-        still.append(Motion(time, rest[:, :2], rest[:, 0], rest, commands, names, name, minutes=now))
+        start = Motion.at_rest(COMMAND_STEP, commands, names, f"rehearsed: {trial.name}")
+        still.append(replace(start, minutes=np.full(longest, minutes)))
     forces = [actuation(vehicle, motion) for motion in still]
     thrust = np.stack([forces[k].thrust for k, _ in runs], axis=-1)
     load = np.stack([forces[k].load for k, _ in runs], axis=-1)

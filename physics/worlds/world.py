@@ -350,20 +350,12 @@ class World:
 
     def _truth(self, stamps: Array, held: Array) -> Motion:
         time = FINE_STEP * np.arange(int(self.duration / FINE_STEP + 1e-6) + 1, dtype=float)
-        n = time.size
         drawn = float(np.random.default_rng([self.seed, 2]).uniform(-np.pi, np.pi))
-        heading = np.full(n, drawn if self.orders is None else self.orders.heading)
-        start = Motion(
-            time,
-            np.zeros((n, 2)),
-            heading,
-            np.zeros((n, 3)),
-            area_average(stamps, held, time, FINE_STEP),
-            tuple(t.name for t in self.vehicle.thrusters),
-            f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
-            air=self._air(n),
-        )
-        truth = self._driven(start)
+        heading = drawn if self.orders is None else self.orders.heading
+        commands, names = area_average(stamps, held, time, FINE_STEP), tuple(t.name for t in self.vehicle.thrusters)
+        source = f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}"
+        start = Motion.at_rest(FINE_STEP, commands, names, source, heading)
+        truth = self._driven(replace(start, air=self._air(time.size)))
         if np.abs(truth.velocity).max() >= SPEED_LIMIT:
             raise RequestError(f"simulate: the motion of {self.vehicle.name} diverges; make the hidden effect smaller")
         return truth

@@ -8,13 +8,14 @@ Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover)
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.motion import Array
 from ...canonical import local_metres
-from ..base import Recording, Request, Stream
+from ..base import Name, Recording, Request, Stream
 from . import autopilot
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
@@ -26,31 +27,29 @@ _FIX = 3
 """Least GPS status that is a fix in three dimensions."""
 
 
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One type of message: its numeric fields, and the one that tells which sensor or filter a message is of."""
+
+    fields: tuple[str, ...]
+    sensor: str | None
+
+
 class Messages(ABC):
     """The messages of a DataFlash file, binary or text.
 
     Attributes
     ----------
+    kinds : types of which the log has messages, by name
     notes : what was lost
     """
 
+    kinds: Mapping[str, Kind]
     notes: list[str]
-
-    @abstractmethod
-    def names(self) -> tuple[str, ...]:
-        """Types of which the log has messages."""
-
-    @abstractmethod
-    def fields(self, name: str) -> tuple[str, ...]:
-        """Numeric fields of a type of message, none when the log has no such message."""
 
     @abstractmethod
     def columns(self, name: str, fields: Collection[str]) -> Mapping[str, Array]:
         """Some fields of all messages of a type, (n,) each, by name."""
-
-    @abstractmethod
-    def sensor_field(self, name: str) -> str | None:
-        """Name the field that tells which sensor or filter a message of a type is of; None for a type without one."""
 
     @abstractmethod
     def texts(self) -> list[str]:
@@ -60,9 +59,13 @@ class Messages(ABC):
     def parameters(self) -> list[tuple[str, float]]:
         """Give the parameters in the order in which they were logged."""
 
+    def fields(self, name: str) -> tuple[str, ...]:
+        """Numeric fields of a type of message, none when the log has no such message."""
+        return self.kinds[name].fields if name in self.kinds else ()
+
     def sensors(self, name: str) -> tuple[int, ...] | None:
         """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
-        field = self.sensor_field(name)
+        field = self.kinds[name].sensor if name in self.kinds else None
         if field is None:
             return None
         found = self.columns(name, (field,))[field]
@@ -75,7 +78,7 @@ class Messages(ABC):
         out where they are few, as bytes that were damaged make them.
         """
         wanted = [field for field in self.fields(name) if not fields or field in fields or field in _CLOCKS]
-        of = None if sensor is None else self.sensor_field(name)
+        of = None if sensor is None else self.kinds[name].sensor
         read = self.columns(name, wanted if of is None else {*wanted, of})
         own = slice(None) if of is None else read[of] == sensor
         columns = {field: read[field][own] for field in wanted}
@@ -95,8 +98,8 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     LogError
         when the log has no message with a time stamp.
     """
-    topics = _topics(log)
-    if not topics:
+    offered = _offered(log)
+    if not offered:
         raise LogError(
             f"{where}: no message with a time stamp in this DataFlash log; it breaks off before the boat was logged. "
             "Copy the log again, or take the next one."
@@ -108,44 +111,29 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     inertial, heard = _inertial(log, parameters, core)
     commands, driven = _commands(log, parameters)
     notes = [*log.notes, *notes, *told, *heard, *driven]
-    chosen = autopilot.assembled(
-        [*streams, *inertial, *commands, *_auxiliary(log)],
-        [
-            name
-            for (kind, _), topic in topics.items()
-            for name in autopilot.raw_names(topic, f"dataflash/{kind}", _values(log, kind))
-        ],
-        request,
-        notes,
-    )
-    wanted = {name.topic for name in chosen.raw if name in chosen.wanted}
+    derived = [*streams, *inertial, *commands, *_auxiliary(log)]
+    chosen = autopilot.Choice(derived, [name for fields in offered.values() for name in fields], request, notes)
     read = []
-    for (kind, sensor), topic in topics.items():
-        if topic in wanted:
-            values = _values(log, kind)
-            pairs = zip(values, autopilot.raw_names(topic, f"dataflash/{kind}", values), strict=True)
-            fields = [field for field, name in pairs if name in chosen.wanted]
+    for (kind, sensor), names in offered.items():
+        fields = [field for name, field in names.items() if name in chosen.wanted]
+        if fields:
             read += log.table(kind, sensor, fields).raw(chosen.wanted)
     return chosen.recording(read, autopilot.by_firmware(log.texts(), "MSG"))
 
 
-def _topics(log: Messages) -> dict[tuple[str, int | None], str]:
-    """Type and sensor of all messages that have a clock -> what they are called."""
-    result: dict[tuple[str, int | None], str] = {}
-    for name in log.names():
-        if name in _BOOKKEEPING or not set(_CLOCKS) & set(log.fields(name)):
+def _offered(log: Messages) -> dict[tuple[str, int | None], dict[Name, str]]:
+    """Type and sensor of all messages that have a clock -> their fields, by the names under which they are offered."""
+    result: dict[tuple[str, int | None], dict[Name, str]] = {}
+    for kind in log.kinds:
+        fields = [field for field in log.fields(kind) if field not in _CLOCKS]
+        if kind in _BOOKKEEPING or len(fields) == len(log.fields(kind)):
             continue
-        sensors = log.sensors(name)
-        if sensors is None:
-            result[name, None] = name
-        else:
-            result |= {(name, sensor): f"{name}[{sensor}]" for sensor in sensors}
+        sensors = log.sensors(kind)
+        for sensor in (None,) if sensors is None else sensors:
+            topic = kind if sensor is None else f"{kind}[{sensor}]"
+            names = autopilot.raw_names(topic, f"dataflash/{kind}", fields)
+            result[kind, sensor] = dict(zip(names, fields, strict=True))
     return result
-
-
-def _values(log: Messages, name: str) -> tuple[str, ...]:
-    """Fields of a type of message but its clock, in the order of its tables."""
-    return tuple(field for field in log.fields(name) if field not in _CLOCKS)
 
 
 def _parameters(log: Messages) -> tuple[dict[str, float], list[str]]:
@@ -232,7 +220,7 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
 
 def _receiver(log: Messages) -> autopilot.Table | None:
     """Find the GPS receiver that the autopilot used most, by U; the first one where the log does not say."""
-    sensors = log.sensors("GPS") if "GPS" in log.names() else None
+    sensors = log.sensors("GPS")
     fields = ("Lat", "Lng", "Spd", "GCrs", *(name for name in ("Status", "U") if name in log.fields("GPS")))
     receivers = [found for number in sensors or (None,) if (found := _one(log, "GPS", number, *fields)) is not None]
     return max(receivers, key=lambda found: float(np.sum(found.columns.get("U", np.zeros(1)))), default=None)
@@ -271,7 +259,7 @@ def _auxiliary(log: Messages) -> list[Stream]:
         "rpm_1": (_one(log, "RPM", None, "rpm1"), "rpm1", 1.0),
         "rpm_2": (_one(log, "RPM", None, "rpm2"), "rpm2", 1.0),
     }
-    for number in log.sensors("ESC") or () if "ESC" in log.names() else ():
+    for number in log.sensors("ESC") or ():
         found[f"rpm_esc{number + 1}"] = (_one(log, "ESC", number, "RPM"), "RPM", 1.0)
         found[f"motor_current_esc{number + 1}"] = (_one(log, "ESC", number, "Curr"), "Curr", 1.0)
     return autopilot.auxiliary_of_columns(found)

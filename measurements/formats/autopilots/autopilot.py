@@ -77,22 +77,21 @@ def raw_names(topic: str, kind: str, fields: Sequence[str] | Mapping[str, Array]
     return tuple(Name(topic, f"raw.{field}" if field in taken else field, kind) for field in fields)
 
 
-def assembled(derived: Sequence[Stream], raw: Sequence[Name], request: Request, notes: Sequence[str]) -> "Choice":
-    """Ask for what is wanted of the channels that a reader has made, and of the names of everything else."""
-    names = list(dict.fromkeys([*(stream.label for stream in derived), *raw]))
-    wanted = request.choose(names)
-    return Choice(tuple(stream for stream in derived if stream.label in wanted), tuple(raw), wanted, tuple(notes))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """What was chosen of a log: channels that are made already, and names that are still to be read."""
+    """What is wanted of the channels that a reader has made, and of the names of everything else, still to be read.
 
-    derived: tuple[Stream, ...]
-    raw: tuple[Name, ...]
-    wanted: frozenset[Name]
+    Parameters
+    ----------
+    derived : the channels
+    raw : the names
+    request : asked which are wanted
+    notes : on the channels
+    """
 
-    notes: tuple[str, ...]
+    def __init__(self, derived: Sequence[Stream], raw: Sequence[Name], request: Request, notes: Sequence[str]) -> None:
+        self.raw, self.notes = tuple(raw), tuple(notes)
+        self.wanted = request.choose(list(dict.fromkeys([*(stream.label for stream in derived), *raw])))
+        self.derived = tuple(stream for stream in derived if stream.label in self.wanted)
 
     def recording(self, read: Sequence[Stream], craft: CraftEvidence | None = None) -> Recording:
         """Join the channels and the streams that were read for the rest, of that kind of vehicle."""

@@ -60,6 +60,11 @@ class Layout:
     body: np.dtype
     divisors: dict[str, float]
 
+    @property
+    def numeric(self) -> tuple[str, ...]:
+        """Those of the fields that are numbers."""
+        return tuple(field for field in self.fields if self.body[field].kind != "S")
+
 
 class DataFlash(ardupilot.Messages):
     """The messages of a DataFlash file, found but not yet unpacked.
@@ -78,23 +83,11 @@ class DataFlash(ardupilot.Messages):
             self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         self._content = np.frombuffer(self._map, np.uint8)
         self._scan(self._map, request)
-        self._kinds = {layout.name: kind for kind, layout in self._layouts.items() if self._offsets.get(kind)}
-        self._sensors = self._sensor_fields()
-
-    def fields(self, name: str) -> tuple[str, ...]:
-        """Numeric fields of a type of message, none when the log has no such message."""
-        if name not in self._kinds:
-            return ()
-        layout = self._layouts[self._kinds[name]]
-        return tuple(field for field in layout.fields if layout.body[field].kind != "S")
-
-    def names(self) -> tuple[str, ...]:
-        """Types of which the log has messages."""
-        return tuple(self._kinds)
-
-    def sensor_field(self, name: str) -> str | None:
-        """See `Messages`."""
-        return self._sensors.get(name)
+        self._numbers = {layout.name: kind for kind, layout in self._layouts.items() if self._offsets.get(kind)}
+        sensors = self._sensor_fields()
+        self.kinds = {
+            name: ardupilot.Kind(self._layouts[kind].numeric, sensors.get(name)) for name, kind in self._numbers.items()
+        }
 
     def bodies(self, name: str, field: str | None = None) -> Any:
         """Unpack all messages of a type, or one of their fields, as they lie in the file."""
@@ -103,16 +96,16 @@ class DataFlash(ardupilot.Messages):
 
     def _parts(self, name: str) -> Iterator[Any]:
         """Unpack the messages of a type part by part, so that neither they nor the file need be held as a whole."""
-        body = self._layouts[self._kinds[name]].body
+        body = self._layouts[self._numbers[name]].body
         windows = np.lib.stride_tricks.sliding_window_view(self._content, body.itemsize)
-        offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.int64)
+        offsets = np.frombuffer(self._offsets[self._numbers[name]], dtype=np.int64)
         for at in range(0, offsets.size, _PART):
             yield np.ascontiguousarray(windows[offsets[at : at + _PART] + 3]).view(body)[:, 0]
             _release(self._map, self._content.size)
 
     def columns(self, name: str, fields: Collection[str]) -> dict[str, Array]:
         """See `Messages`."""
-        divisors = self._layouts[self._kinds[name]].divisors
+        divisors = self._layouts[self._numbers[name]].divisors
         parts: dict[str, list[Array]] = {field: [] for field in fields}
         for rows in self._parts(name):
             for field, column in parts.items():
@@ -133,7 +126,7 @@ class DataFlash(ardupilot.Messages):
         return [text.decode("latin-1") for text in self.bodies("MSG", "Message").tolist()]
 
     def _has(self, name: str, *fields: str) -> bool:
-        return name in self._kinds and set(fields) <= set(self._layouts[self._kinds[name]].fields)
+        return name in self._numbers and set(fields) <= set(self._layouts[self._numbers[name]].fields)
 
     def _scan(self, content: mmap.mmap, request: Request) -> None:
         lengths = [0] * 256
@@ -197,7 +190,7 @@ class DataFlash(ardupilot.Messages):
         if self._has("FMTU", "FmtType", "UnitIds"):
             units = {int(row["FmtType"]): row["UnitIds"].decode("latin-1") for row in self.bodies("FMTU")}
         result = {}
-        for name, kind in self._kinds.items():
+        for name, kind in self._numbers.items():
             fields, body = self._layouts[kind].fields, self._layouts[kind].body
             place = units[kind].find(_SENSOR) if kind in units else 1 if fields[1:2] in (("I",), ("C",)) else -1
             if 0 <= place < len(fields) and body[fields[place]].kind in "iu":

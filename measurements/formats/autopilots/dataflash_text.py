@@ -51,17 +51,9 @@ class DataFlashText(ardupilot.Messages):
                 if start - told > EVERY:
                     told = start
                     request.progress(start, len(content))
+        self.kinds = {n: ardupilot.Kind(tuple(self._fields[n]), self._sensor_field(n)) for n in self._lines}
 
-    def names(self) -> tuple[str, ...]:
-        """Types of which the log has messages."""
-        return tuple(self._lines)
-
-    def fields(self, name: str) -> tuple[str, ...]:
-        """Numeric fields of a type of message, none when the log has no such message."""
-        return tuple(self._fields[name]) if name in self._lines else ()
-
-    def sensor_field(self, name: str) -> str | None:
-        """See `Messages`."""
+    def _sensor_field(self, name: str) -> str | None:
         place = self._units.get(name, "").find("#") + 1
         fields = self._fields[name]
         if place:

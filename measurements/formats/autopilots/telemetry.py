@@ -16,7 +16,7 @@ from ....physics.motion import GRAVITY, Array
 from ...canonical import local_metres
 from ..base import CraftEvidence, Format, Head, Name, Recording, Request, Stream
 from . import autopilot
-from .mavlink import MOTION, Key, Messages, Telemetry, definition_of, message_at
+from .mavlink import MOTION, Definition, Key, Messages, Telemetry, definition_of, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
 """Field of the vehicle's own clock -> ticks per second."""
@@ -68,18 +68,16 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
         told = definition_of(key[2])
         owner = owners.get(key[:2])
         topic = f"{owner.prefix if owner else f'sys{key[0]}/comp{key[1]}/'}{told.name}"
-        fields = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
-        names += autopilot.raw_names(topic, f"mavlink/{told.name}", fields)
+        names += autopilot.raw_names(topic, f"mavlink/{told.name}", _values(told))
         topics[topic] = owner or vehicles[0], key
     if len(vehicles) > 1:
         listed = ", ".join(vehicle.prefix.rstrip("/") for vehicle in vehicles)
         notes.append(f"{len(vehicles)} vehicles in the log: {listed}")
-    chosen = autopilot.assembled(derived, names, request, notes)
+    chosen = autopilot.Choice(derived, names, request, notes)
     wanted = {name.topic for name in names if name in chosen.wanted}
     read = []
-    for topic in (topic for topic in topics if topic in wanted):
-        owner, key = topics[topic]
-        table = readers[owner].table(key, topic)
+    for topic, (owner, key) in topics.items():
+        table = readers[owner].table(key, topic) if topic in wanted else None
         read += [] if table is None else table.raw(chosen.wanted)
     told = {of.prefix: craft for of in vehicles if (craft := _craft(readers[of])) is not None}
     unread = chosen.recording(()).unread
@@ -156,11 +154,9 @@ class _Reader:
             else:
                 self.notes.append(f"{self.vehicle.prefix}{told.name}: has a clock of its own; receive times are used")
         keep = autopilot.in_order(time)
-        numeric = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
-        columns = {field: autopilot.numbers(body[field][keep]) for field in numeric}
-        return autopilot.Table(
-            topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns
-        )
+        columns = {field: autopilot.numbers(body[field][keep]) for field in _values(told)}
+        name = topic or f"{self.vehicle.prefix}{told.name}"
+        return autopilot.Table(name, f"mavlink/{told.name}", time[keep], columns)
 
     def named(self, name: str) -> autopilot.Table | None:
         """Unpack the messages of a name; None where the log has none whose checksum holds."""
@@ -169,6 +165,11 @@ class _Reader:
     def bodies(self, name: str) -> Any:
         """Give the bodies of the messages of a name, none where the log has no such."""
         return self._log.rows(self._keys[name])[0] if name in self._keys else ()
+
+
+def _values(told: Definition) -> list[str]:
+    """Fields of a message that are numbers, but its clock."""
+    return [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
 
 
 def _clock(body: Any) -> Array | None:

@@ -191,7 +191,7 @@ def _read(head: Head, request: Request) -> Recording:
         )
     streams, notes = _channels(tables, log.parameters())
     craft = _craft(tables, log.parameters())
-    chosen = autopilot.assembled(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])
+    chosen = autopilot.Choice(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])
     wanted = {name.topic.split("[")[0] for name in chosen.raw if name in chosen.wanted}
     if not wanted <= set(_MOTION):
         tables = _Log(head.path, request, sorted(wanted)).tables()

@@ -8,6 +8,7 @@ import math
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from operator import attrgetter
 from typing import Any
 
@@ -292,11 +293,8 @@ class Collector:
             raise LogError(f"no message could be unpacked ({'; '.join(broken)}). Copy the log again.")
         stamps = [each for topic in taken for each in topic.stamps]
         times, first, clock, doubt = agree(stamps, self._first or 0, clocks)
-        streams, at = [], 0
-        for topic in taken:
-            count = len(topic.stamps)
-            streams += topic.streams(times[at : at + count])
-            at += count
+        left = iter(times)
+        streams = [one for topic in taken for one in topic.streams(list(islice(left, len(topic.stamps))))]
         unknown = [f"{topic}: left out, its type cannot be read ({why})" for topic, why in self._unknown.items()]
         return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first, doubt)
 
@@ -404,12 +402,8 @@ class _Topic:
 
     def _table(self, message: Any) -> Table:
         """The table that a message belongs to; a new one for a message of a new shape."""
-        if not self._sequences:
-            shape: Any = ()
-        elif self._what.has_names:
-            shape = (tuple(message.name), *(len(attrgetter(path)(message)) for path in self._sequences))
-        else:
-            shape = tuple(len(attrgetter(path)(message)) for path in self._sequences)
+        names = tuple(message.name) if self._sequences and self._what.has_names else ()
+        shape = names, *(len(attrgetter(path)(message)) for path in self._sequences)
         if shape not in self._tables:
             if len(self._tables) >= _MOST_SHAPES:
                 raise ValueError("messages of too many shapes")

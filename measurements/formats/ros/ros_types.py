@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from operator import attrgetter
 from typing import Any
 
@@ -285,20 +286,13 @@ def _element_names(message: Any, what: MessageType, path: str) -> list[str]:
 
 def _getter(paths: Sequence[str], arrays: Sequence[str], marks: Sequence[str]) -> Any:
     """A function that gives the numbers of a message in the order of the columns: first those that open an array."""
-    first = attrgetter(*paths) if paths else None
-    one = len(paths) == 1
-    if not arrays and not marks and first is not None and not one:
-        return first
-    rest = [attrgetter(path) for path in arrays]
-    opening = [attrgetter(path) for path in marks]
-
-    def get(message: Any) -> list[float]:
-        row: list[float] = [part(message)[0] for part in opening]
-        if first is not None:
-            found: Any = first(message)
-            row += [found] if one else found
-        for part in rest:
-            row.extend(part(message))
-        return row
-
-    return get
+    few = [attrgetter(path) for path in paths]
+    single = attrgetter(*paths) if len(paths) > 1 else lambda message: [part(message) for part in few]
+    if not arrays and not marks:
+        return single
+    opening, rest = ([attrgetter(path) for path in part] for part in (marks, arrays))
+    return lambda message: [
+        *(part(message)[0] for part in opening),
+        *single(message),
+        *chain.from_iterable(part(message) for part in rest),
+    ]

@@ -3,7 +3,7 @@
 It is seen in a trial: extremes held and random commands, met from rest; and how fast a vehicle goes in it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from typing import ClassVar, final
@@ -84,18 +84,9 @@ def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[M
     time_step : [s]
     """
     count, rows, _ = commands.shape
-    n = count * rows
-    motion = Motion(
-        time=np.arange(n) * time_step,
-        position=np.zeros((n, 2)),
-        heading=np.zeros(n),
-        velocity=np.zeros((n, 3)),
-        commands=commands.reshape(n, -1),
-        thrusters=tuple(t.name for t in vehicle.thrusters),
-        source="trial",
-        minutes=np.zeros(n),
-    )
-    return motion, np.arange(count) * rows
+    names = tuple(t.name for t in vehicle.thrusters)
+    motion = Motion.at_rest(time_step, commands.reshape(count * rows, -1), names, "trial")
+    return replace(motion, minutes=np.zeros(count * rows)), np.arange(count) * rows
 
 
 def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
@@ -165,7 +156,7 @@ def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     return Settling(seconds, settles, speed, float(np.abs(velocity[..., 2]).max()), velocity)
 
 
-def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, str]:
+def reachable(vehicle: Vehicle, pool: Array) -> tuple[Envelope, str]:
     """The envelope of velocities that a vehicle reaches in calm water under a pool of commands, and how it was found.
 
     A hull that nothing stops has no speeds of its own: then full thrust acts for a moment. One without a positive mass
@@ -175,21 +166,18 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
     ----------
     vehicle : that is rolled out
     pool : commands (n, thrusters)
-    seed : of the random ones
     """
     if mass_margin(vehicle) <= 0.0:
         return Envelope((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), "a box of one unit, as its mass is that of no vehicle"
-    found = settling(vehicle, pool, seed)
+    found = settling(vehicle, pool)
     velocity, source = found.velocity.reshape(-1, 3), "the speeds that the vehicle reaches with its thrusters"
     if not found.settles:
         most = _BEGINNING * full_force(vehicle) / np.diag(mass_matrix(vehicle))
         velocity = np.stack([most, -most])
         source = f"{_BEGINNING:g} s of full thrust, as the vehicle's speeds grow without bound"
-    n = velocity.shape[0]
     names = tuple(t.name for t in vehicle.thrusters)
-    idle = np.zeros((n, len(names)))
-    run = Motion(np.arange(n, dtype=float), np.zeros((n, 2)), np.zeros(n), velocity, idle, names)
-    return envelope_of([run], calm(vehicle)), source
+    run = Motion.at_rest(1.0, np.zeros((len(velocity), len(names))), names)
+    return envelope_of([replace(run, velocity=velocity)], calm(vehicle)), source
 
 
 def _settles(velocity: Array) -> bool:
