@@ -12,11 +12,11 @@ from typing import Annotated, Any, Literal
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     ValidationError,
     ValidationInfo,
-    field_validator,
     model_validator,
 )
 
@@ -101,6 +101,10 @@ def _positive(value: float, info: ValidationInfo) -> float:
     return value if _to_be_judged(info) else positive(value)
 
 
+def _one_or_several(keys: Any) -> Any:
+    return (keys,) if isinstance(keys, str) else keys
+
+
 class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
@@ -127,13 +131,8 @@ class Vehicle(BaseModel):
     environment: dict[str, Number] = {}
     memory: dict[str, Number] = {}
     terms: tuple[Term, ...] = Field(default=(), max_length=_MOST_TERMS)
-    insist: tuple[str, ...] = Field(default=(), max_length=_MOST_TERMS)
+    insist: Annotated[tuple[str, ...], BeforeValidator(_one_or_several)] = Field(default=(), max_length=_MOST_TERMS)
     sources: Plain = {}
-
-    @field_validator("insist", mode="before")
-    @classmethod
-    def _one_or_several(cls, keys: Any) -> Any:
-        return (keys,) if isinstance(keys, str) else keys
 
     @model_validator(mode="before")
     @classmethod

@@ -5,10 +5,12 @@ Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover)
 `GPS` Lat Lng [deg], Spd [m/s], GCrs [deg], U in use; `IMU` GyrZ [rad/s], AccX AccY [m/s^2] in FRD; `RCOU` C1... [us].
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +25,8 @@ _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "I
 _FILTERS = {3: ("XKF1", "XKF4", "EK3_IMU_MASK"), 2: ("NKF1", "NKF4", "EK2_IMU_MASK")}
 """AHRS_EKF_TYPE -> state, health, and the parameter that gives each core its IMU."""
 _CLOCKS = ("TimeUS", "TimeMS")
+_OUTPUT = re.compile(r"(?:Chan|Ch|C)?(\d+)")
+"""Fields of RCOU, by the number of the output."""
 _FIX = 3
 """Least GPS status that is a fix in three dimensions."""
 
@@ -33,6 +37,14 @@ class Kind:
 
     fields: tuple[str, ...]
     sensor: str | None
+
+
+class _Core(NamedTuple):
+    """A core of the EKF: the type of its state, its number, and that of its IMU."""
+
+    state: str
+    number: int
+    imu: int
 
 
 class Messages(ABC):
@@ -108,7 +120,7 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     streams, told, core = _filter(log, parameters)
     if not streams:
         streams, told = _satellite(log)
-    inertial, heard = _inertial(log, parameters, core)
+    inertial, heard = _inertial(log, core)
     commands, driven = _commands(log, parameters)
     notes = [*log.notes, *notes, *told, *heard, *driven]
     derived = [*streams, *inertial, *commands, *_auxiliary(log)]
@@ -159,7 +171,7 @@ def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> autopilo
     return log.table(name, wanted if wanted in sensors else sensors[0], fields)
 
 
-def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str], tuple[str, int] | None]:
+def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str], _Core | None]:
     """Heading, position and velocity of the primary core of the EKF that steers."""
     preferred = int(parameters.get("AHRS_EKF_TYPE", 3))
     for kind in sorted(_FILTERS, key=lambda kind: kind != preferred):
@@ -177,8 +189,9 @@ def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream
         ]
         if switched:
             notes.append(f"the autopilot changed its primary EKF core during the log ({switched}); one core is used")
-        core = (mask, primary or 0)
-        return [found.stream("psi", heading), *streams], notes, core
+        core = primary or 0
+        imu = _imu_of(core, int(parameters.get(mask, 0)))
+        return [found.stream("psi", heading), *streams], notes, _Core(state, core, imu)
     return [], [], None
 
 
@@ -226,23 +239,18 @@ def _receiver(log: Messages) -> autopilot.Table | None:
     return max(receivers, key=lambda found: float(np.sum(found.columns.get("U", np.zeros(1)))), default=None)
 
 
-def _inertial(
-    log: Messages, parameters: Mapping[str, float], core: tuple[str, int] | None
-) -> tuple[list[Stream], list[str]]:
+def _inertial(log: Messages, core: _Core | None) -> tuple[list[Stream], list[str]]:
     """Yaw rate and accelerations of the IMU that the chosen EKF core looks at, less the gyro bias that it estimates."""
-    wanted = None if core is None else _imu_of(core[1], int(parameters.get(core[0], 0)))
-    imu = _one(log, "IMU", wanted, "GyrZ", "AccX", "AccY")
+    imu = _one(log, "IMU", core and core.imu, "GyrZ", "AccX", "AccY")
     if imu is None or not imu.time.size:
         return [], []
     rate, notes = imu.columns["GyrZ"], []
-    for state, _, mask in _FILTERS.values():
-        if core is not None and mask == core[0]:
-            found = _one(log, state, core[1], "GZ")
-            if found is not None and found.columns["GZ"].any():
-                bias = np.radians(np.interp(imu.time, found.time, found.columns["GZ"]))
-                rate = rate - bias
-                low, high = float(bias.min()), float(bias.max())
-                notes.append(f"r: less the gyro bias {found.topic}:GZ, {low:.2g} to {high:.2g} rad/s")
+    found = core and _one(log, core.state, core.number, "GZ")
+    if found is not None and found.columns["GZ"].any():
+        bias = np.radians(np.interp(imu.time, found.time, found.columns["GZ"]))
+        rate = rate - bias
+        low, high = float(bias.min()), float(bias.max())
+        notes.append(f"r: less the gyro bias {found.topic}:GZ, {low:.2g} to {high:.2g} rad/s")
     notes.append(f"r ax ay: GyrZ, AccX and AccY of {imu.topic}")
     values = {"r": rate, "ax": imu.columns["AccX"], "ay": imu.columns["AccY"]}
     return [imu.stream(name, value) for name, value in values.items()], notes
@@ -272,11 +280,8 @@ def _imu_of(core: int, mask: int) -> int:
 
 
 def _commands(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
-    outputs = {}
-    for field in log.fields("RCOU"):
-        number = field.removeprefix("Chan").removeprefix("Ch").removeprefix("C")
-        if number.isdecimal():
-            outputs[int(number)] = field
+    numbered = ((_OUTPUT.fullmatch(field), field) for field in log.fields("RCOU"))
+    outputs = {int(match[1]): field for match, field in numbered if match}
     found = _one(log, "RCOU", None, *outputs.values()) if outputs else None
     if found is None:
         return [], ["the log has no RCOU messages, so no thruster command; set LOG_BITMASK to log RC output"]

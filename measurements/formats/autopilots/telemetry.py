@@ -5,6 +5,8 @@ Fields and units are those of MAVLink's common message set: `ATTITUDE` yaw [rad]
 `SERVO_OUTPUT_RAW` servoN_raw [us]; `SCALED_IMU`, and `RAW_IMU` as ArduPilot fills it, xacc yacc [mG]; `PARAM_VALUE`.
 """
 
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -99,16 +101,10 @@ def _craft(reader: "_Reader") -> CraftEvidence | None:
 
 def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...]:
     """List the systems that tell a motion; of each, the component that tells most of it, the lowest one at a tie."""
-    told: dict[int, dict[int, int]] = {}
-    for system, component, number in keys:
-        if number in telling:
-            of = told.setdefault(system, {})
-            of[component] = of.get(component, 0) + 1
-    several = len(told) > 1
-    return tuple(
-        Vehicle(system, min(of, key=lambda component: (-of[component], component)), f"sys{system}/" if several else "")
-        for system, of in sorted(told.items())
-    )
+    counts = Counter(key[:2] for key in keys if key[2] in telling)
+    leading = dict(sorted(counts, key=lambda of: (of[0], counts[of], -of[1])))  # the last component of a system
+    several = len(leading) > 1
+    return tuple(Vehicle(*of, f"sys{of[0]}/" if several else "") for of in leading.items())
 
 
 class _Reader:
@@ -287,11 +283,7 @@ def _commands(reader: _Reader) -> list[Stream]:
     main = outputs.columns["port"] == 0
     columns = {name: value[main] for name, value in outputs.columns.items()}
     outputs = autopilot.Table(outputs.topic, outputs.kind, outputs.time[main], columns)
-    names = {
-        int(name[len("servo") : -len("_raw")]): name
-        for name in outputs.columns
-        if name.startswith("servo") and name.endswith("_raw")
-    }
+    names = {int(match[1]): name for name in outputs.columns if (match := re.fullmatch(r"servo(\d+)_raw", name))}
     values = {row["param_id"].decode("latin-1"): float(row["param_value"]) for row in reader.bodies("PARAM_VALUE")}
     streams, notes = autopilot.servo_commands(outputs, names, values)
     reader.notes += notes

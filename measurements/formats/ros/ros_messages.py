@@ -316,8 +316,7 @@ class Collector:
         if kind == CLOCK:
             return ClockTopic(topic, what.unpack)
         names = {path: Name(topic, path, kind) for path in what.scalars}
-        names |= {path: Name(topic, f"{path}[]", kind) for path, _ in what.arrays}
-        names |= {path: Name(topic, f"{path}[]", kind) for path in what.sequences}
+        names |= {path: Name(topic, f"{path}[]", kind) for path in what.lists}
         chosen = self._request.choose(list(names.values()))
         self._unread |= dict.fromkeys(name for name in names.values() if name not in chosen)
         wanted = [path for path, name in names.items() if name in chosen]

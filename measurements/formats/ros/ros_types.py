@@ -25,6 +25,8 @@ _MOST_ELEMENTS = 10_000
 _LONGEST_SEQUENCE = 100_000
 """Numbers in one sequence that is still unpacked; a longer one is an image, or a broken length."""
 _NOT_NUMBERS = ("string", "wstring", "wchar")
+_FORMS = ("number", "array", "sequence")
+"""What a message holds: a number, or several, of fixed length or not."""
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 _HEADER = "std_msgs/msg/Header"
 
@@ -37,8 +39,8 @@ class MessageType:
     ----------
     kind : such as `nav_msgs/msg/Odometry`
     scalars : dotted paths of all single numbers
-    arrays : dotted paths and lengths of the arrays of numbers of fixed length
-    sequences : dotted paths of the sequences of numbers
+    lists : dotted paths of the arrays of numbers of fixed length, and of the sequences
+    sequences : the latter alone
     texts : fields of the message itself that are a text (a frame)
     has_names : whether the sequences belong to the names in a sequence `name` (JointState)
     has_header : whether its first field is a header with a stamp
@@ -48,7 +50,7 @@ class MessageType:
 
     kind: str
     scalars: tuple[str, ...]
-    arrays: tuple[tuple[str, int], ...]
+    lists: tuple[str, ...]
     sequences: tuple[str, ...]
     texts: tuple[str, ...]
     has_names: bool
@@ -80,12 +82,13 @@ def message_type(kind: str, definition: str, language: str, encoding: str, distr
     fields = store.fielddefs[kind][1]
     _elements(store, kind, {})
     leaves = list(_leaves(store, kind, "", 0))
+    scalars, arrays, sequences = (tuple(path for path, of in leaves if of == form) for form in _FORMS)
     unpack = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
     return MessageType(
         kind,
-        tuple(path for path, length in leaves if length is None),
-        tuple((path, length) for path, length in leaves if length),
-        tuple(path for path, length in leaves if length == 0),
+        scalars,
+        arrays + sequences,
+        sequences,
         tuple(name for name, (_, what) in fields if isinstance(what, tuple) and what[0] == "string"),
         any(name == "name" and _is_list_of_texts(what) for name, (_, what) in fields),
         bool(fields) and fields[0] == ("header", (2, _HEADER)),
@@ -153,8 +156,8 @@ def _elements(store: Any, kind: str, known: dict[str, int]) -> int:
     return known[kind]
 
 
-def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[str, int | None]]:
-    """Paths of the numbers in a type; with None for a single one, a length for an array, 0 for a sequence."""
+def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[str, str]]:
+    """Paths of the numbers in a type, each with the one of `_FORMS` that it has."""
     from rosbags.interfaces import Nodetype
     from rosbags.typesys.base import normalize_fieldname
 
@@ -166,13 +169,13 @@ def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[st
         if node == Nodetype.NAME:
             part = _leaves(store, what, f"{path}.", depth + 1)
         elif node == Nodetype.BASE:
-            part = iter([(path, None)] if what[0] not in _NOT_NUMBERS else [])
+            part = iter([(path, "number")] if what[0] not in _NOT_NUMBERS else [])
         else:
             (inner, of), length = what
             numbers = inner == Nodetype.BASE and of[0] not in _NOT_NUMBERS and "covariance" not in path
             whole = node == Nodetype.SEQUENCE
             keep = numbers and (whole or 0 < length <= _LONGEST_ARRAY)
-            part = iter([(path, 0 if whole else length)] if keep else [])
+            part = iter([(path, "sequence" if whole else "array")] if keep else [])
         for leaf in part:
             found += 1
             if found > MOST_FIELDS:
@@ -212,9 +215,9 @@ class Table:
         }
         status, bad, masked = _NO_FIX.get(what.kind, ("", 0, ()))
         self._mask = (bad, masked) if status in what.scalars and set(masked) & set(self._scalars) else None
-        arrays = [path for path, _ in what.arrays if path in wanted] + [p for p in what.sequences if p in wanted]
+        lists = [path for path in what.lists if path in wanted]
         self._fields = list(self._scalars)
-        for path in arrays:
+        for path in lists:
             self._fields += _element_names(message, what, path)
         self._frames = {text: str(getattr(message, text)) for text in what.texts}
         if what.has_header:
@@ -223,7 +226,7 @@ class Table:
         self._stamped = what.has_header
         self._ahead = len(self._absent) + len(before) + (self._mask is not None)
         paths = (*before, *([status] if self._mask else []), *self._scalars)
-        self.get = _getter(paths, arrays, tuple(self._absent))
+        self.get = _getter(paths, lists, tuple(self._absent))
         self._width = self._ahead + len(self._fields)
 
     def stamps(self, name: str) -> Stamps:

@@ -51,9 +51,8 @@ def check_elements(path: Path) -> None:
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         order = ">" if content[126:128] == b"MI" else "<"
         most = most_held(len(content))
-        at, left, packed, walk = _HEADER, most, 0, _Walk(order)
-        while at < len(content):
-            kind, start, end, at = _element(content, at, len(content), order)
+        left, packed, walk = most, 0, _Walk(order)
+        for kind, start, end in _elements(content, _HEADER, len(content), order):
             if kind == _PACKED:
                 unpacked = inflated(content[start:end], left)
                 left -= len(unpacked)
@@ -62,7 +61,6 @@ def check_elements(path: Path) -> None:
                 packed += walk.numbers - before
                 if 8 * packed > most:
                     raise ValueError(f"its packed variables hold more than {most // 8} numbers")
-                at = end  # packed elements are not padded
             elif kind == _MATRIX:
                 walk.down(content, start, end, 1)
             else:
@@ -85,8 +83,7 @@ class _Walk:
         """Look over the elements of a matrix, or of an unpacked variable (depth 0)."""
         numbers: list[bytes] = []
         parts, size = 0, end - at
-        while at < end:
-            kind, start, stop, at = _element(content, at, end, self._order)
+        for kind, start, stop in _elements(content, at, end, self._order):
             if not parts and kind != _MATRIX and len(numbers) < _BEFORE:
                 numbers.append(content[start:stop])
             if kind == _MATRIX:
@@ -132,20 +129,24 @@ def _check_count(numbers: list[bytes], parts: int, size: int, order: str) -> Non
         raise ValueError(f"a cell array, struct or text of {many} parts in {size} bytes")
 
 
-def _element(content: bytes | mmap.mmap, at: int, end: int, order: str) -> tuple[int, int, int, int]:
-    """Type of an element, where its data begin and end, and where the next one begins."""
-    if at + 8 > end:
-        raise ValueError("it ends within an element")
-    kind, size = struct.unpack_from(f"{order}II", content, at)
-    if kind >> 16:
-        # Up to four bytes are held in the tag itself, with type and length in a half each.
-        if kind >> 16 > 4:
-            raise ValueError("a short element that is too long")
-        return kind & 0xFFFF, at + 4, at + 4 + (kind >> 16), at + 8
-    stop = at + 8 + size
-    if stop > end:
-        raise ValueError("an element is longer than the file")
-    return kind, at + 8, stop, stop + (-size) % 8
+def _elements(content: bytes | mmap.mmap, at: int, end: int, order: str) -> Iterator[tuple[int, int, int]]:
+    """Types of the elements that follow each other, and where the data of each begin and end."""
+    while at < end:
+        if at + 8 > end:
+            raise ValueError("it ends within an element")
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        if kind >> 16:
+            # Up to four bytes are held in the tag itself, with type and length in a half each.
+            if kind >> 16 > 4:
+                raise ValueError("a short element that is too long")
+            yield kind & 0xFFFF, at + 4, at + 4 + (kind >> 16)
+            at += 8
+            continue
+        stop = at + 8 + size
+        if stop > end:
+            raise ValueError("an element is longer than the file")
+        yield kind, at + 8, stop
+        at = stop if kind == _PACKED else stop + (-size) % 8  # packed elements are not padded
 
 
 _TIMES = {"tout": TimeColumn("tout"), "T": None}
