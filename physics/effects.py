@@ -9,14 +9,13 @@ Motion Control* (2nd ed., 2021), chapters 6, 9 and 10.
 import re
 import tomllib
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import lru_cache, reduce
 from itertools import combinations_with_replacement
 from operator import mul
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from .errors import RequestError, VehicleError, shown
+from .errors import RequestError, VehicleError, nearest, shown
 
 if TYPE_CHECKING:
     from .motion import Array
@@ -258,9 +257,9 @@ def effect_named(name: str) -> Effect:
     """
     if name in BY_NAME:
         return BY_NAME[name]
-    near = _owners(name) or get_close_matches(name, BY_NAME, n=1, cutoff=0.0)
+    near = next(iter(_owners(name)), None) or nearest(name, BY_NAME)
     raise RequestError(
-        f"unknown effect {name!r}: did you mean {near[0]!r}? The catalogue has: {', '.join(sorted(BY_NAME))}"
+        f"unknown effect {name!r}: did you mean {near!r}? The catalogue has: {', '.join(sorted(BY_NAME))}"
     )
 
 

@@ -6,6 +6,8 @@ turned into arguments where Python called. No byte of foreign text moves a curso
 
 import json
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any
 
 _ARGUMENTS = (
@@ -142,6 +144,15 @@ def listed(names: Any, most: int = _ITEMS) -> str:
     found = [shortened(one_line(str(name)), _VALUE) for name in list(names)[:most]]
     more = len(names) - len(found)
     return ", ".join(found) + (f" and {more} more" if more else "")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The known name that one which is not known was most likely meant to be.
+
+    >>> nearest("zig-zag", ["rich", "zigzag", "gentle"])
+    'zigzag'
+    """
+    return get_close_matches(name, list(known), n=1, cutoff=0.0)[0]
 
 
 def _escape(found: re.Match[str]) -> str:

@@ -106,6 +106,7 @@ def integrate(driven: Driven, time_step: float, added: Added | None = None) -> R
     return integrate_together([driven], time_step, added)[0]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of rollouts that run away
 def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added | None = None) -> list[Rollouts]:
     """Integrate the rollouts of several vehicles in one batch, which those that are done leave; see `integrate`.
 
@@ -387,11 +388,10 @@ def rollout(
     RequestError
         when a start leaves fewer than `steps` rows.
     """
-    driven = _driven(vehicle, Legs(motion, starts, steps), placed)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return integrate(driven, motion.time_step, added)
+    return integrate(_driven(vehicle, Legs(motion, starts, steps), placed), motion.time_step, added)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of motions that ran away
 def rollouts(asked: Sequence[tuple[Vehicle, Legs]], placed: bool = True) -> list[Rollouts]:
     """`rollout` of several vehicles and motions, in one batch for each time step.
 
@@ -400,12 +400,9 @@ def rollouts(asked: Sequence[tuple[Vehicle, Legs]], placed: bool = True) -> list
     RequestError
         when a start leaves fewer rows than its steps.
     """
-
-    def together(alike: list[tuple[Vehicle, Legs]], step: float) -> list[Rollouts]:
-        with np.errstate(over="ignore", invalid="ignore"):
-            return integrate_together([_driven(vehicle, legs, placed) for vehicle, legs in alike], step)
-
-    return _in_groups(asked, [legs.motion.time_step for _, legs in asked], together)
+    steps = [legs.motion.time_step for _, legs in asked]
+    driven = [_driven(vehicle, legs, placed) for vehicle, legs in asked]
+    return _in_groups(driven, steps, integrate_together)
 
 
 def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:

@@ -5,7 +5,7 @@ from operator import attrgetter
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from .errors import RequestError
 from .motion import Array
@@ -39,10 +39,9 @@ _prompt_of = attrgetter(*_PROMPT)
 _shape_of = attrgetter(*_PROMPT, "thrust_rate", "delay", "command_offset")
 
 
-class TableCurve(BaseModel):
+class TableCurve(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """Command to force [N], piecewise linear between points, constant beyond the ends."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["table"]
     command: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
     force: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
@@ -91,7 +90,7 @@ class TableCurve(BaseModel):
         return None
 
 
-class PropellerCurve(BaseModel):
+class PropellerCurve(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """Force = k_t rho diameter^4 n|n| [N], n = command scaled (Fossen 2021, eq. 9.4 with constant k_T).
 
     For `pwm`, n = (command - 1500)/500 * scale + offset; for `normalized`, n = command * scale + offset; for `rad_s`
@@ -99,7 +98,6 @@ class PropellerCurve(BaseModel):
     force already and takes a table.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["propeller"]
     scale: Positive
     offset: Number = 0.0
@@ -132,7 +130,7 @@ def _of_the_log(seconds: float) -> float:
     return seconds
 
 
-class Thruster(BaseModel):
+class Thruster(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """One thruster: where it sits, how its command becomes force, and what may be wrong with it.
 
     `x`, `y` [m] in body axes, `angle` [rad] (0 pushes ahead, positive turns the push to starboard). A `tau` command is
@@ -151,7 +149,6 @@ class Thruster(BaseModel):
     negative, so a curve that rises stays one.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)
     x: Number
     y: Number

@@ -9,16 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    model_validator,
-)
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, model_validator
 
 from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter, parse_form
 from .errors import VehicleError, shown
@@ -65,10 +56,9 @@ def _keys(section: str) -> tuple[str, ...]:
     return tuple(p.symbol for p in PARAMETERS.values() if p.section == section)
 
 
-class Term(BaseModel):
+class Term(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """A force nobody has named: `value` times the monomial `form` (of velocity relative to the water) on one axis."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     axis: Literal["surge", "sway", "yaw"]
     form: str = Field(max_length=_LONGEST_NAME)
     value: Number
@@ -84,10 +74,9 @@ class Term(BaseModel):
         return f"{self.axis}:{self.form}"
 
 
-class Hull(BaseModel):
+class Hull(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """The hull in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     length: Positive
     draught: Positive
 
@@ -105,7 +94,7 @@ def _one_or_several(keys: Any) -> Any:
     return (keys,) if isinstance(keys, str) else keys
 
 
-class Vehicle(BaseModel):
+class Vehicle(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
     `about` says in a line what boat it is. Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6:
@@ -116,7 +105,6 @@ class Vehicle(BaseModel):
     `plausibility.find_impossible`).
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str = Field(default="vehicle", max_length=_LONGEST_NAME)
     about: str = Field(default="", max_length=_LONGEST_NAME)
     mass: Annotated[Number, AfterValidator(_positive)]

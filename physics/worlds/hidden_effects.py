@@ -6,12 +6,11 @@ Hulls and sizes of effects are drawn at random, too, plausible for a vehicle and
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 
 import numpy as np
 
-from ..effects import BY_NAME, EFFECTS, PARAMETERS, Effect, Parameter, effect_named, parse_form
-from ..errors import RequestError, VehicleError
+from ..effects import BY_NAME, EFFECTS, PARAMETERS, Parameter, effect_named, parse_form
+from ..errors import RequestError, VehicleError, nearest
 from ..integration import rollout, simulate_motion
 from ..momentum_balance import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from ..motion import Array, Motion
@@ -76,11 +75,6 @@ def parse_effects(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
     return result
 
 
-def effect_symbols(effect: Effect, vehicle: Vehicle) -> tuple[str, ...]:
-    """Symbols of an effect in a vehicle; an effect of one thruster means the last one (starboard, by custom)."""
-    return tuple(s.replace("{thruster}", vehicle.thrusters[-1].name) for s in effect.symbols)
-
-
 def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
     """The vehicle with effects put in.
 
@@ -103,7 +97,8 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
     for name, given in effects.items():
         values = tuple(float(x) for x in given) if isinstance(given, Sequence) else (float(given),)
         if name in BY_NAME:
-            symbols, effect = effect_symbols(BY_NAME[name], vehicle), BY_NAME[name]
+            effect, last = BY_NAME[name], vehicle.thrusters[-1].name  # starboard, by custom
+            symbols = tuple(s.replace("{thruster}", last) for s in effect.symbols)
             fill = effect.default or tuple(0.0 if effect.added else p.null for p in effect.parameters)
             values = (*values, *fill[len(values) :])
         elif name in vehicle.values or ":" in name:
@@ -148,9 +143,8 @@ def _check_limits(vehicle: Vehicle, symbol: str, value: float) -> None:
 
 
 def _unknown(name: str, known: Sequence[str]) -> str:
-    begins = [k for k in known if k.startswith(name)]
-    near = begins or get_close_matches(name, known, n=1, cutoff=0.0)
-    return f"unknown effect {name!r}: did you mean {near[0]!r}? The catalogue has: {', '.join(sorted(BY_NAME))}"
+    near = next((k for k in known if k.startswith(name)), None) or nearest(name, known)
+    return f"unknown effect {name!r}: did you mean {near!r}? The catalogue has: {', '.join(sorted(BY_NAME))}"
 
 
 WIND = (-5.0, 3.3)
@@ -356,13 +350,11 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
     }
 
 
-def _default_draw(effect: Effect, vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> tuple[float, ...]:
-    """Sizes for an effect that `_draws` does not know, from what the catalogue says of its parameters."""
-    return tuple(_default_size(p, effect.added, vehicle, s, rng) for p in effect.parameters)
-
-
 def _default_size(p: Parameter, added: bool, vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> float:
-    """A shape from the middle of its grid, a factor about its null value, or a share of what is large for the unit."""
+    """The size of a parameter of which `_draws` knows nothing, from what the catalogue says of it.
+
+    A shape from the middle of its grid, a factor about its null value, or a share of what is large for the unit.
+    """
     if p.grid:
         return float(np.quantile(p.grid, rng.uniform(0.25, 0.75)))
     if p.null != 0.0:
@@ -423,7 +415,11 @@ def typical_effect(
     if lacks := lacking(vehicle, effect):
         raise RequestError(f"{effect_name} {lacks}")
     scales = _Scales(vehicle)
-    draw = _draws(vehicle, scales, rng).get(effect_name, lambda: _default_draw(effect, vehicle, scales, rng))
+
+    def by_default() -> tuple[float, ...]:
+        return tuple(_default_size(p, effect.added, vehicle, scales, rng) for p in effect.parameters)
+
+    draw = _draws(vehicle, scales, rng).get(effect_name, by_default)
     strong = [
         t.name
         for t, force in zip(vehicle.thrusters, scales.thrusts, strict=True)

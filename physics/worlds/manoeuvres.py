@@ -10,12 +10,11 @@ two speeds, and straight runs on four headings; all open loop.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from math import pi
 
 import numpy as np
 
-from ..errors import RequestError
+from ..errors import RequestError, nearest
 from ..forces import actuation
 from ..integration import Around, Driven, integrate
 from ..motion import Array, Motion
@@ -147,8 +146,8 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
         for an unknown programme, naming the nearest, or a duration that is not positive.
     """
     if name not in PROGRAMMES:
-        near = get_close_matches(name, PROGRAMMES, n=1, cutoff=0.0)
-        raise RequestError(f"unknown programme {name!r}: did you mean {near[0]!r}? There are: {', '.join(PROGRAMMES)}")
+        near = nearest(name, PROGRAMMES)
+        raise RequestError(f"unknown programme {name!r}: did you mean {near!r}? There are: {', '.join(PROGRAMMES)}")
     if not 0.0 < duration < np.inf:
         raise RequestError(f"programme {name!r}: the duration must be a positive number of seconds, got {duration:g}")
     rows = int(np.ceil(duration / COMMAND_STEP - 1e-9)) + 1
@@ -414,8 +413,7 @@ def drive(
     load = np.stack([forces[k].load for k, _ in runs], axis=-1)
     initial = np.zeros((len(runs), 6))
     initial[:, 2] = [heading + turn for _, turn in runs]
-    with np.errstate(over="ignore", invalid="ignore"):
-        result = integrate(Driven(vehicle, initial, thrust, load, around=Around(None, minutes)), COMMAND_STEP)
+    result = integrate(Driven(vehicle, initial, thrust, load, around=Around(None, minutes)), COMMAND_STEP)
     driven: list[list[Motion]] = [[] for _ in trials]
     for (k, _), states, diverged in zip(runs, result.states, result.diverged, strict=True):
         if not diverged:

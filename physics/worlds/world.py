@@ -9,13 +9,12 @@ import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RequestError, expect
+from ..errors import RequestError, expect, nearest
 from ..files import in_stamps, parquet_data, remark, write_bytes
 from ..forces import apparent_wind
 from ..integration import SPEED_LIMIT, simulate_motion
@@ -422,8 +421,8 @@ def simulate_world(
         "simulate_world: effects", effects, Mapping, 'give values by name, such as {"surge_quadratic_damping": -9.0}'
     )
     if noise not in NOISE:
-        near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
-        raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")
+        near = nearest(noise, NOISE)
+        raise RequestError(f"unknown noise {noise!r}: did you mean {near!r}? There are: {', '.join(NOISE)}")
     world = World(apply_effects(vehicle, effects), programme, duration, seed, wind)
     return world.run(replace(NOISE[noise], waves=waves))
 
