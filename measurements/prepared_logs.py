@@ -150,8 +150,7 @@ class Parts:
 
     def data(self, part: str) -> DataSet:
         """A part by name: train, validation or test."""
-        result: DataSet = getattr(self.split, part)
-        return result
+        return getattr(self.split, part)
 
     @property
     def judged(self) -> DataSet:

@@ -75,12 +75,11 @@ class Terms:
             if not all(name in _SPEED for name in factors):
                 continue
             for slope, at in zip(slopes, (_AT_REST, speeds), strict=True):
+                values = [at[_SPEED[name]] if name in "uvr" else abs(at[_SPEED[name]]) for name in factors]
                 for n, name in enumerate(factors):
                     k = _SPEED[name]
-                    change = 1.0 if name in "uvr" else math.copysign(float(at[k] != 0.0), at[k])
-                    for m, other in enumerate(factors):
-                        if m != n:
-                            change *= at[_SPEED[other]] if other in "uvr" else abs(at[_SPEED[other]])
+                    rate = 1.0 if name in "uvr" else math.copysign(float(at[k] != 0.0), at[k])
+                    change = math.prod([*values[:n], *values[n + 1 :]], start=rate)
                     for axis in range(3):
                         slope[3 * axis + k] += column[axis] * change
         rates = np.linalg.eigvals(self.inverse @ np.reshape(slopes, (2, 3, 3)))

@@ -285,7 +285,7 @@ class Balance:
     force: tuple[BalanceTerm, ...]
 
 
-def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
+def balances(vehicle: Vehicle) -> tuple[Balance, ...]:
     """The momentum balance of surge, sway and yaw; terms that are zero are left out.
 
     M nu_r_dot = B T - C(nu_r) nu_r - D(nu_r) nu_r + other, Fossen (2021), eq. 6.1 in the plane, with C from M by his
@@ -320,10 +320,7 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     ]
     for line, added in zip(force, _added(vehicle), strict=True):
         line += added
-    found = [
-        Balance(axis, _present(left), _present(right)) for axis, left, right in zip(AXES, inertia, force, strict=True)
-    ]
-    return found[0], found[1], found[2]
+    return tuple(Balance(axis, _present(i), _present(f)) for axis, i, f in zip(AXES, inertia, force, strict=True))
 
 
 def coefficients_by_product(vehicle: Vehicle) -> dict[tuple[str, ...], list[float]]:

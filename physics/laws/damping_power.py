@@ -316,12 +316,9 @@ def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Ar
     envelope : of velocities [m/s, m/s, rad/s]
     degree : of S in each velocity
     """
-    exponents = [0, 0, 0]
-    exponents[axis] += 1
-    for factor in form.factors:
-        exponents["uvr".index(factor.strip("|"))] += 1
+    speeds = "uvr"[axis] + "".join(form.factors)
     monomials = basis(degree).monomials
-    column = monomials.index((exponents[0], exponents[1], exponents[2]))
+    column = monomials.index((speeds.count("u"), speeds.count("v"), speeds.count("r")))
     result = np.zeros((len(envelope.orthants), len(monomials)))
     for k, far in enumerate(envelope.orthants):
         size = far[axis]

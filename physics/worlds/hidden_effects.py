@@ -199,13 +199,8 @@ class _Scales:
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
-        ends = np.array(
-            [
-                [float(t.curve.thrust(command_of(t, np.array(c)), t.command)) for c in (-1.0, 1.0)]
-                for t in vehicle.thrusters
-            ]
-        )
-        self.thrusts = np.abs(ends).max(axis=1) * np.array([t.scale * t.thrust_scale for t in vehicle.thrusters])
+        ends = [t.curve.thrust(command_of(t, np.array([-1.0, 1.0])), t.command) for t in vehicle.thrusters]
+        self.thrusts = np.abs(ends).max(axis=1) * np.array([t.gain for t in vehicle.thrusters])
         effective = np.abs(thruster_matrix(vehicle))
         self.thrust, self.moment = float(effective[0] @ self.thrusts), float(effective[2] @ self.thrusts)
         self.motion = commanded_motion(vehicle, programme(vehicle, "rich", 90.0), COMMAND_STEP)
@@ -420,11 +415,8 @@ def typical_effect(
         return tuple(_default_size(p, effect.added, vehicle, scales, rng) for p in effect.parameters)
 
     draw = _draws(vehicle, scales, rng).get(effect_name, by_default)
-    strong = [
-        t.name
-        for t, force in zip(vehicle.thrusters, scales.thrusts, strict=True)
-        if force >= 0.5 * scales.thrusts.max()
-    ]
+    least = 0.5 * scales.thrusts.max()
+    strong = [t.name for t, force in zip(vehicle.thrusters, scales.thrusts, strict=True) if force >= least]
     largest = 0.0
     for _ in range(30):
         symbols = tuple(s.replace("{thruster}", str(rng.choice(strong))) for s in effect.symbols)

@@ -170,20 +170,10 @@ def _signature(vehicle: Vehicle, effect: Effect, seen: _Driven) -> Signature:
     signal, values = _telling(vehicle, motions, force)
     steps = [motion.time - motion.time[0] for motion in motions]
     begins = np.cumsum([0.0, *(step[-1] + COMMAND_STEP for step in steps[:-1])])
-    return Signature(
-        effect,
-        amount,
-        best,
-        axis,
-        float(sizes[axis]),
-        float(np.sqrt(max(1.0 - clear[best][1] ** 2, 0.0))),
-        tuple(near),
-        np.concatenate([begin + step for begin, step in zip(begins, steps, strict=True)]),
-        force,
-        signal,
-        values,
-        seen.assumed if effect.requires else "",
-    )
+    time = np.concatenate([begin + step for begin, step in zip(begins, steps, strict=True)])
+    size, apart = float(sizes[axis]), float(np.sqrt(max(1.0 - clear[best][1] ** 2, 0.0)))
+    assumed = seen.assumed if effect.requires else ""
+    return Signature(effect, amount, best, axis, size, apart, tuple(near), time, force, signal, values, assumed)
 
 
 def _cosine(one: Array, other: Array) -> float:

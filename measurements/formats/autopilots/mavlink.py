@@ -205,6 +205,7 @@ class MavlinkTopic:
             for field in names.ordered_fieldnames
             if field not in text
         ]
+        self._width = sum(length or 1 for _, length in self._plan)
 
     def take(self, received: int, raw: bytes | memoryview) -> None:
         """Unpack a message; a broken one is counted."""
@@ -223,22 +224,17 @@ class MavlinkTopic:
             text = None if self._text is None else _letters(message.get(self._text, ""))
             self.numbers.extend(row)
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
-            del self.numbers[len(self.received) * self.width :]
+            del self.numbers[len(self.received) * self._width :]
             self.broken += 1
             return
         self.received.append(received)
         if text is not None:
             self.texts.append(text)
 
-    @property
-    def width(self) -> int:
-        """Numbers of a row."""
-        return sum(length or 1 for _, length in self._plan)
-
     def unpacked(self) -> tuple[Any, Array]:
         """The bodies as on the wire, and when they were received [s]."""
         body = np.zeros(len(self.received), self.told.body)
-        matrix = np.frombuffer(self.numbers, float).reshape(len(self.received), self.width)
+        matrix = np.frombuffer(self.numbers, float).reshape(len(self.received), self._width)
         fields = [field for field in self.told.fields if field != self._text]
         for k, field in enumerate(fields):
             kind = self.told.body[field]

@@ -4,7 +4,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import chain
 from operator import attrgetter
 from typing import Any
@@ -84,17 +84,11 @@ def message_type(kind: str, definition: str, language: str, encoding: str, distr
     leaves = list(_leaves(store, kind, "", 0))
     scalars, arrays, sequences = (tuple(path for path, of in leaves if of == form) for form in _FORMS)
     unpack = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
-    return MessageType(
-        kind,
-        scalars,
-        arrays + sequences,
-        sequences,
-        tuple(name for name, (_, what) in fields if isinstance(what, tuple) and what[0] == "string"),
-        any(name == "name" and _is_list_of_texts(what) for name, (_, what) in fields),
-        bool(fields) and fields[0] == ("header", (2, _HEADER)),
-        lambda: store.get_msgdef(kind),
-        lambda raw: unpack(raw, kind),
-    )
+    texts = tuple(name for name, (_, what) in fields if isinstance(what, tuple) and what[0] == "string")
+    has_names = any(name == "name" and _is_list_of_texts(what) for name, (_, what) in fields)
+    has_header = bool(fields) and fields[0] == ("header", (2, _HEADER))
+    code = partial(store.get_msgdef, kind), lambda raw: unpack(raw, kind)
+    return MessageType(kind, scalars, arrays + sequences, sequences, texts, has_names, has_header, *code)
 
 
 def _is_list_of_texts(what: Any) -> bool:
