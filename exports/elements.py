@@ -1,7 +1,9 @@
-"""Elements of HTML and MathML: markup that escapes by default, and formulas that browsers typeset without script."""
+"""Elements of HTML, MathML and XML: markup that escapes by default, and formulas that browsers typeset."""
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from xml.etree import ElementTree
 
 from ..physics.errors import printable
 from ..physics.presentation import MINUS
@@ -118,14 +120,29 @@ def product(factors: tuple[str, ...]) -> Html:
     >>> product(("r", "r"))
     '<msup><mi>r</mi><mn>2</mn></msup>'
     """
-    parts: list[Html] = []
-    index = 0
-    while index < len(factors):
-        count = 1
-        while index + count < len(factors) and factors[index + count] == factors[index]:
-            count += 1
-        one = factor(factors[index])
-        parts.append(one if count == 1 else element("msup", one, element("mn", str(count))))
-        index += count
+    powers = [(factor(name), len(list(same))) for name, same in groupby(factors)]
+    parts = [one if count == 1 else element("msup", one, element("mn", str(count))) for one, count in powers]
     gap = element("mspace", attributes={"width": "0.12em"})
     return render(*(piece for k, part in enumerate(parts) for piece in ((gap, part) if k else (part,))))
+
+
+def xml_node(
+    tag: str, *inside: ElementTree.Element, texts: Mapping[str, str] | None = None, **attributes: str
+) -> ElementTree.Element:
+    """An element of an XML document.
+
+    Parameters
+    ----------
+    inside : elements that stand within it
+    texts : elements of a text each that stand before these, by their tags
+
+    Examples
+    --------
+    >>> ElementTree.tostring(xml_node("link", xml_node("visual"), texts={"gravity": "false"}, name="hull"))
+    b'<link name="hull"><gravity>false</gravity><visual /></link>'
+    """
+    made = ElementTree.Element(tag, attributes)
+    for name, text in (texts or {}).items():
+        ElementTree.SubElement(made, name).text = text
+    made.extend(inside)
+    return made

@@ -12,6 +12,7 @@ from ..physics.files import write_json, write_text
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.reading import Plain
 from ..residuals.series import SeriesTable
+from .elements import xml_node
 from .mcap_series import EARTH, effect_topic, log_prefixes
 
 FOXGLOVE, PLOTJUGGLER = "series.foxglove.json", "series.plotjuggler.xml"
@@ -176,40 +177,40 @@ def _plot_panel(plot: Plot) -> Plain:
 
 def plotjuggler_layout(shown: Sequence[View], series: str) -> str:
     """The layout that PlotJuggler loads, XML; it opens the series, whose path is seen from the layout."""
-    root = ElementTree.Element("root", {"version": _LAYOUT_VERSION})
-    tabs = ElementTree.SubElement(root, "tabbed_widget", {"parent": "main_window", "name": "Main Window"})
+    tabs = []
     for view in shown:
         log = f"{view.prefix.strip('/')} " if view.prefix else ""
-        _tab(tabs, f"{log}speeds", (*view.speeds, view.commands))
-        _tab(tabs, f"{log}forces", view.forces)
-    ElementTree.SubElement(tabs, "currentTabIndex", {"index": "0"})
-    ElementTree.SubElement(root, "use_relative_time_offset", {"enabled": "1"})
-    ElementTree.SubElement(root, "Plugins")
-    files = ElementTree.SubElement(root, "previouslyLoaded_Datafiles")
-    file = ElementTree.SubElement(files, "fileInfo", {"filename": series, "prefix": ""})
-    plugin = ElementTree.SubElement(file, "plugin", {"ID": "DataLoad MCAP"})
+        tabs += [_tab(f"{log}speeds", (*view.speeds, view.commands)), _tab(f"{log}forces", view.forces)]
     plots = [plot for view in shown for plot in (*view.speeds, *view.forces, view.commands)]
     topics = dict.fromkeys(curve.topic for plot in plots for curve in plot.curves)
-    ElementTree.SubElement(plugin, "parameters", {**_MCAP, "selected_topics": ";".join(topics)})
-    ElementTree.SubElement(root, "customMathEquations")
-    ElementTree.SubElement(root, "snippets")
+    parameters = xml_node("parameters", **_MCAP, selected_topics=";".join(topics))
+    plugin = xml_node("plugin", parameters, ID="DataLoad MCAP")
+    tabs.append(xml_node("currentTabIndex", index="0"))
+    widget = xml_node("tabbed_widget", *tabs, parent="main_window", name="Main Window")
+    root = xml_node(
+        "root",
+        widget,
+        xml_node("use_relative_time_offset", enabled="1"),
+        xml_node("Plugins"),
+        xml_node("previouslyLoaded_Datafiles", xml_node("fileInfo", plugin, filename=series, prefix="")),
+        xml_node("customMathEquations"),
+        xml_node("snippets"),
+        version=_LAYOUT_VERSION,
+    )
     ElementTree.indent(root, " ")
     return f"<?xml version='1.0' encoding='UTF-8'?>\n{ElementTree.tostring(root, encoding='unicode')}\n"
 
 
-def _tab(tabs: ElementTree.Element, name: str, plots: Sequence[Plot]) -> None:
-    tab = ElementTree.SubElement(tabs, "Tab", {"tab_name": name, "containers": "1"})
-    container = ElementTree.SubElement(tab, "Container")
+def _tab(name: str, plots: Sequence[Plot]) -> ElementTree.Element:
     sizes = ";".join([f"{1.0 / len(plots):.6f}"] * len(plots))
-    below = {"orientation": "-", "sizes": sizes, "count": str(len(plots))}
-    splitter = ElementTree.SubElement(container, "DockSplitter", below)
-    for plot in plots:
-        area = ElementTree.SubElement(splitter, "DockArea", {"name": plot.title})
-        kind = {"mode": "TimeSeries", "style": "Lines", "flip_x": "false", "flip_y": "false"}
-        drawn = ElementTree.SubElement(area, "plot", kind)
-        ElementTree.SubElement(drawn, "limitY")
-        for curve, colour in _coloured(plot):
-            ElementTree.SubElement(drawn, "curve", {"name": f"{curve.topic}/{curve.field}", "color": colour})
+    splitter = xml_node("DockSplitter", *map(_area, plots), orientation="-", sizes=sizes, count=str(len(plots)))
+    return xml_node("Tab", xml_node("Container", splitter), tab_name=name, containers="1")
+
+
+def _area(plot: Plot) -> ElementTree.Element:
+    curves = [xml_node("curve", name=f"{curve.topic}/{curve.field}", color=colour) for curve, colour in _coloured(plot)]
+    kind = {"mode": "TimeSeries", "style": "Lines", "flip_x": "false", "flip_y": "false"}
+    return xml_node("DockArea", xml_node("plot", xml_node("limitY"), *curves, **kind), name=plot.title)
 
 
 def _coloured(plot: Plot) -> list[tuple[Curve, str]]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...physics.thrusters import neutral_command
+from ..elements import xml_node
 from ..known_facts import KnownFacts
 from ..program.model_program import MOTION, Program, program_of
 from ..program.printer import identifier
@@ -66,20 +67,7 @@ def _inputs(program: Program) -> tuple[list[tuple[str, str]], list[float]]:
 
 def description(program: Program, name: str, token: str, facts: KnownFacts) -> bytes:
     """modelDescription.xml."""
-    about = " ".join(facts.lines()).replace("  ", " ")
-    said = {"generationTool": f"undertow export {facts.version}", "instantiationToken": token, "description": about}
-    root = ElementTree.Element("fmiModelDescription", {"fmiVersion": "3.0", "modelName": name, **said})
-    step = repr(program.time_step)
-    able = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true", "fixedInternalStepSize": step}
-    ElementTree.SubElement(root, "CoSimulation", {"modelIdentifier": name, **able})
-    units = ElementTree.SubElement(root, "UnitDefinitions")
     inputs, begun = _inputs(program)
-    for unit in dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit in inputs)]):
-        ElementTree.SubElement(units, "Unit", name=unit)
-    categories = ElementTree.SubElement(root, "LogCategories")
-    ElementTree.SubElement(categories, "Category", name="logStatusError")
-    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
-    variables = ElementTree.SubElement(root, "ModelVariables")
     rows = [("time", "s", {"causality": "independent"})]
     rows += [
         (label, unit, {"causality": "input", "start": repr(value)})
@@ -88,23 +76,37 @@ def description(program: Program, name: str, token: str, facts: KnownFacts) -> b
     fixed = {"causality": "parameter", "variability": "fixed", "start": "0.0"}
     rows += [(f"{label}_start", _UNITS[label], fixed) for label in MOTION] + [("minutes_start", "min", fixed)]
     rows += [(label, _UNITS[label], {"causality": "output"}) for label in MOTION]
+    variables = []
     for reference, (label, unit, rest) in enumerate(rows):
         here = {"name": label, "valueReference": str(reference), "variability": "continuous", "unit": unit} | rest
-        ElementTree.SubElement(variables, "Float64", here)
-    structure = ElementTree.SubElement(root, "ModelStructure")
-    for kind in ("Output", "InitialUnknown"):
-        for reference in range(len(rows) - len(MOTION), len(rows)):
-            ElementTree.SubElement(structure, kind, valueReference=str(reference))
+        variables.append(xml_node("Float64", **here))
+    units = dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit in inputs)])
+    outputs = range(len(rows) - len(MOTION), len(rows))
+    structure = [xml_node(kind, valueReference=str(k)) for kind in ("Output", "InitialUnknown") for k in outputs]
+    step = repr(program.time_step)
+    able = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true", "fixedInternalStepSize": step}
+    root = xml_node(
+        "fmiModelDescription",
+        xml_node("CoSimulation", modelIdentifier=name, **able),
+        xml_node("UnitDefinitions", *(xml_node("Unit", name=unit) for unit in units)),
+        xml_node("LogCategories", xml_node("Category", name="logStatusError")),
+        xml_node("DefaultExperiment", startTime="0", stepSize=step),
+        xml_node("ModelVariables", *variables),
+        xml_node("ModelStructure", *structure),
+        fmiVersion="3.0",
+        modelName=name,
+        generationTool=f"undertow export {facts.version}",
+        instantiationToken=token,
+        description=" ".join(facts.lines()).replace("  ", " "),
+    )
     return _xml(root)
 
 
 def build_description(name: str) -> bytes:
     """sources/buildDescription.xml."""
-    root = ElementTree.Element("fmiBuildDescription", fmiVersion="3.0")
-    one = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=name)
-    files = ElementTree.SubElement(one, "SourceFileSet", language="C99")
-    ElementTree.SubElement(files, "SourceFile", name="fmu.c")
-    return _xml(root)
+    files = xml_node("SourceFileSet", xml_node("SourceFile", name="fmu.c"), language="C99")
+    one = xml_node("BuildConfiguration", files, modelIdentifier=name)
+    return _xml(xml_node("fmiBuildDescription", one, fmiVersion="3.0"))
 
 
 def _xml(root: ElementTree.Element) -> bytes:

@@ -21,6 +21,7 @@ from ...physics.motion import Array
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from ..approximation import difference, missing_forces, total_thrust
+from ..elements import xml_node
 from ..program.printer import identifier
 from ..program.vectors import commands_of
 from .base import Export, Given
@@ -222,34 +223,39 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     vehicle, choices = given.vehicle, given.choices
     _placed(vehicle)
     library, namespace = _NAMESPACES[choices.gz]
-    root = ElementTree.Element("sdf", version="1.10" if inertial else "1.9")
     facts = "\n".join(re.sub(r"-(?=-)", "- ", line) for line in given.facts.lines())
     facts += "\nixx and iyy of the hull are invented: see `Heave, roll and pitch`."
     facts += f"\nNewtons go to the topics /model/{name}/joint/THRUSTER_joint/cmd_thrust (docs/howto/export.md)."
-    root.append(ElementTree.Comment(f"\n{facts}\n"))
-    model = ElementTree.SubElement(root, "model", name=name)
-    hull = _floating(ElementTree.SubElement(model, "link", name="base_link"))
-    _hull_inertia(hull, vehicle, inertial)
-    _hull_seen(hull, vehicle)
-    for thruster in vehicle.thrusters:
-        _propeller(model, thruster.name, _place(thruster), thruster.angle)
-    water = _plugin(model, f"{library}-hydrodynamics-system", f"{namespace}::Hydrodynamics")
-    _texts(water, {"link_name": "base_link"})
     terms, _ = plugin_terms(vehicle, choices.gz, inertial)
-    _texts(water, {key: repr(float(value)) for key, value in terms.items()})
+    water = {"link_name": "base_link"} | {key: repr(float(value)) for key, value in terms.items()}
     if choices.gz == "garden":
-        _texts(water, {"disable_coriolis": "true"} | ({"disable_added_mass": "true"} if inertial else {}))
+        water |= {"disable_coriolis": "true"} | ({"disable_added_mass": "true"} if inertial else {})
     north, east = vehicle.value("current_north"), vehicle.value("current_east")
     if north or east:
-        _texts(water, {"default_current": f"{east!r} {north!r} 0"})
+        water["default_current"] = f"{east!r} {north!r} 0"
+    pushes = []
     for k, thruster in enumerate(vehicle.thrusters):
         ends = commands_of(vehicle, np.tile([[-1.0], [1.0]], len(vehicle.thrusters)))[:, k]
         low, high = np.sort(thruster.lasting(ends)[0]).tolist()
-        push = _plugin(model, f"{library}-thruster-system", f"{namespace}::Thruster")
-        _texts(push, {"namespace": name, "joint_name": f"{thruster.name}_joint", "thrust_coefficient": "0.02"})
-        _texts(push, {"fluid_density": "1000.0", "propeller_diameter": "0.1", "velocity_control": "true"})
-        _texts(push, {"max_thrust_cmd": repr(high), "min_thrust_cmd": repr(low)})
-    return root
+        push = {"namespace": name, "joint_name": f"{thruster.name}_joint", "thrust_coefficient": "0.02"}
+        push |= {"fluid_density": "1000.0", "propeller_diameter": "0.1", "velocity_control": "true"}
+        push |= {"max_thrust_cmd": repr(high), "min_thrust_cmd": repr(low)}
+        pushes.append(
+            xml_node("plugin", texts=push, filename=f"{library}-thruster-system", name=f"{namespace}::Thruster")
+        )
+    model = xml_node(
+        "model",
+        xml_node("link", _hull_inertia(vehicle, inertial), _hull_seen(vehicle), texts=_FLOATING, name="base_link"),
+        *(part for thruster in vehicle.thrusters for part in _propeller(thruster)),
+        xml_node("plugin", texts=water, filename=f"{library}-hydrodynamics-system", name=f"{namespace}::Hydrodynamics"),
+        *pushes,
+        name=name,
+    )
+    return xml_node("sdf", ElementTree.Comment(f"\n{facts}\n"), model, version="1.10" if inertial else "1.9")
+
+
+_FLOATING = {"gravity": "false"}
+"""Of a link, which gravity does not pull."""
 
 
 def _place(thruster: Thruster) -> tuple[float, float]:
@@ -257,7 +263,7 @@ def _place(thruster: Thruster) -> tuple[float, float]:
     return thruster.arm_scale * thruster.x, -thruster.arm_scale * thruster.y
 
 
-def _hull_inertia(hull: ElementTree.Element, vehicle: Vehicle, inertial: bool) -> None:
+def _hull_inertia(vehicle: Vehicle, inertial: bool) -> ElementTree.Element:
     """Mass, centre and inertia of the hull, so that hull and propellers together have those of the vehicle."""
     p, places = vehicle.values, [_place(t) for t in vehicle.thrusters]
     mass = p["mass"] - _PROPELLER * len(places)
@@ -270,56 +276,38 @@ def _hull_inertia(hull: ElementTree.Element, vehicle: Vehicle, inertial: bool) -
             f"export: about its centre of gravity the hull would have an inertia of {izz:.3g} kg m^2 and a mass of "
             f"{mass:.3g} kg, which no body has; see inertia_z and x_g of the vehicle file"
         )
-    inside = ElementTree.SubElement(hull, "inertial")
-    _texts(inside, {"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)})
-    inertia = ElementTree.SubElement(inside, "inertia")
-    _texts(inertia, {"ixx": repr(_ROLL * izz), "iyy": repr(_PITCH * izz), "izz": repr(izz)})
-    _texts(inertia, {"ixy": "0", "ixz": "0", "iyz": "0"})
+    ixx, iyy = _ROLL * izz, _PITCH * izz
+    inertia = {"ixx": repr(ixx), "iyy": repr(iyy), "izz": repr(izz), "ixy": "0", "ixz": "0", "iyz": "0"}
+    inside = [xml_node("inertia", texts=inertia)]
     if inertial:
-        moved, m = ElementTree.SubElement(inside, "fluid_added_mass"), added_mass(vehicle)
-        _texts(moved, {"xx": repr(float(m[0, 0])), "yy": repr(float(m[1, 1]))})
-        _texts(moved, {"yr": repr(float(m[1, 2])), "rr": repr(float(m[2, 2]))})
+        m = added_mass(vehicle)
+        moved = {"xx": m[0, 0], "yy": m[1, 1], "yr": m[1, 2], "rr": m[2, 2]}
+        inside.append(xml_node("fluid_added_mass", texts={key: repr(float(x)) for key, x in moved.items()}))
+    return xml_node("inertial", *inside, texts={"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)})
 
 
-def _hull_seen(hull: ElementTree.Element, vehicle: Vehicle) -> None:
+def _hull_seen(vehicle: Vehicle) -> ElementTree.Element:
     """A box of the vehicle's mass and inertia about the vertical axis, about its centre of gravity."""
     p = vehicle.values
     izz = p["inertia_z"] - p["mass"] * (p["x_g"] ** 2 + p["y_g"] ** 2)
     length = float(np.sqrt(12.0 * izz / p["mass"] / (1.0 + _LONGER**-2)))
-    seen = ElementTree.SubElement(hull, "visual", name="box")
-    _texts(seen, {"pose": f"{p['x_g']!r} {0.0 - p['y_g']!r} 0 0 0 0"})
-    box = ElementTree.SubElement(ElementTree.SubElement(seen, "geometry"), "box")
-    _texts(box, {"size": f"{length:.3f} {length / _LONGER:.3f} {length / _LONGER:.3f}"})
+    box = xml_node("box", texts={"size": f"{length:.3f} {length / _LONGER:.3f} {length / _LONGER:.3f}"})
+    pose = f"{p['x_g']!r} {0.0 - p['y_g']!r} 0 0 0 0"
+    return xml_node("visual", xml_node("geometry", box), texts={"pose": pose}, name="box")
 
 
-def _floating(link: ElementTree.Element) -> ElementTree.Element:
-    """The link, which gravity does not pull."""
-    _texts(link, {"gravity": "false"})
-    return link
-
-
-def _propeller(model: ElementTree.Element, name: str, place: tuple[float, float], angle: float) -> None:
-    link = _floating(ElementTree.SubElement(model, "link", name=f"{name}_propeller"))
-    _texts(link, {"pose": f"{place[0]!r} {place[1]!r} 0 0 0 {0.0 - angle!r}"})
-    inside = ElementTree.SubElement(link, "inertial")
-    _texts(inside, {"mass": repr(_PROPELLER)})
-    inertia = ElementTree.SubElement(inside, "inertia")
-    _texts(inertia, dict.fromkeys(("ixx", "iyy", "izz"), repr(_BLADE)))
-    joint = ElementTree.SubElement(model, "joint", name=f"{name}_joint", type="revolute")
-    _texts(joint, {"parent": "base_link", "child": f"{name}_propeller"})
-    axis = ElementTree.SubElement(joint, "axis")
-    _texts(axis, {"xyz": "1 0 0"})
-    limit = ElementTree.SubElement(axis, "limit")
-    _texts(limit, {"lower": "-1e+12", "upper": "1e+12"})
-
-
-def _plugin(model: ElementTree.Element, filename: str, name: str) -> ElementTree.Element:
-    return ElementTree.SubElement(model, "plugin", filename=filename, name=name)
-
-
-def _texts(parent: ElementTree.Element, texts: Mapping[str, str]) -> None:
-    for name, text in texts.items():
-        ElementTree.SubElement(parent, name).text = text
+def _propeller(thruster: Thruster) -> tuple[ElementTree.Element, ElementTree.Element]:
+    """The link of a thruster, and the joint about which it turns."""
+    name, (x, y) = f"{thruster.name}_propeller", _place(thruster)
+    inertia = xml_node("inertia", texts=dict.fromkeys(("ixx", "iyy", "izz"), repr(_BLADE)))
+    inside = xml_node("inertial", inertia, texts={"mass": repr(_PROPELLER)})
+    pose = f"{x!r} {y!r} 0 0 0 {0.0 - thruster.angle!r}"
+    axis = xml_node("axis", xml_node("limit", texts={"lower": "-1e+12", "upper": "1e+12"}), texts={"xyz": "1 0 0"})
+    ends = {"parent": "base_link", "child": name}
+    return (
+        xml_node("link", inside, texts=_FLOATING | {"pose": pose}, name=name),
+        xml_node("joint", axis, texts=ends, name=f"{thruster.name}_joint", type="revolute"),
+    )
 
 
 EXPORT = Export(
