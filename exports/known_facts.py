@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
@@ -76,10 +76,6 @@ class KnownFacts:
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     found: str = ""
-
-    def without(self, left_out: Sequence[str]) -> "KnownFacts":
-        """The same of a format that does not express some things."""
-        return replace(self, left_out=tuple(left_out))
 
     @property
     def origin(self) -> str:

@@ -68,21 +68,18 @@ FRAME_TRANSFORM_TEXT = (
 )
 
 
-def _object(title: str, properties: Mapping[str, Plain]) -> Plain:
-    return {"title": title, "type": "object", "properties": dict(properties)}
-
-
 def _numbers(title: str, told: Mapping[str, str]) -> Plain:
-    return _object(title, {name: {"type": "number", "description": text} for name, text in told.items()})
+    """A JSON schema of an object of numbers, with what each of them is."""
+    properties = {name: {"type": "number", "description": text} for name, text in told.items()}
+    return {"title": title, "type": "object", "properties": properties}
 
 
 def measured_schema(channels: Sequence[str]) -> Plain:
     """The schema of what was measured, commands included."""
     commands = dict.fromkeys(channels, "command, in the unit of its name: pwm [us], normalized, rad_s or newton [N]")
-    numbers = _numbers("undertow.Measured", STATE | RATES | commands)["properties"]
-    return _object(
-        "undertow.Measured", {**numbers, "part": {"type": "string", "description": "train, validation or test"}}
-    )
+    schema = _numbers("undertow.Measured", STATE | RATES | commands)
+    schema["properties"]["part"] = {"type": "string", "description": "train, validation or test"}
+    return schema
 
 
 SCHEMAS: dict[str, Plain] = {

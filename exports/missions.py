@@ -73,17 +73,15 @@ class Mission:
     def held(self) -> list[tuple[float, tuple[float, ...]]]:
         """Each set of commands with the time from which it is held [s]; the last one is at rest."""
         levels = np.array([step[1:] for step in self.steps])
-        driven = self._rounded(thruster_commands(self.vehicle, levels[:, 0], levels[:, 1]))
+        driven = self._commands(levels)
         begins = REST + np.cumsum([0.0, *(step[0] for step in self.steps)])
         rows = [self.rest, *(tuple(row) for row in driven.tolist()), self.rest]
         return list(zip([0.0, *begins.tolist()], rows, strict=True))
 
     def series(self) -> tuple[Array, Array]:
         """Time (n,) [s] and commands (n, thrusters) on the grid of `COMMAND_STEP`, each held until the next."""
-        level = hold(*self.steps)
         rest = np.tile(self.rest, (round(REST / COMMAND_STEP), 1))
-        driven = self._rounded(thruster_commands(self.vehicle, level[:, 0], level[:, 1]))
-        commands = np.concatenate([rest, driven, rest])
+        commands = np.concatenate([rest, self._commands(hold(*self.steps)), rest])
         return COMMAND_STEP * np.arange(len(commands), dtype=float), commands
 
     def shares(self, commands: Sequence[float]) -> list[float]:
@@ -91,9 +89,9 @@ class Mission:
         pairs = zip(self.thrusters, commands, strict=True)
         return [round(float(t.curve.normalised(np.array(c), t.command)), 4) + 0.0 for t, c in pairs]
 
-    def _rounded(self, commands: Array) -> Array:
-        """Commands as they are sent, within the ends of each thruster's curve."""
-        columns = []
+    def _commands(self, levels: Array) -> Array:
+        """Commands of levels ahead and of turn (n, 2) as they are sent, within the ends of each thruster's curve."""
+        columns, commands = [], thruster_commands(self.vehicle, levels[:, 0], levels[:, 1])
         for thruster, column in zip(self.thrusters, commands.T, strict=True):
             low, high = np.sort(np.round(command_of(thruster, np.array([-1.0, 1.0])), 6))
             columns.append(np.clip(np.round(column, _DECIMALS[thruster.command]), low, high) + 0.0)

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -86,7 +86,7 @@ def export(
     path = None if isinstance(model, Model) else Path(model)
     check_targets([("--out", Kind.EXPORTED, target)], [path], force=force)
     facts = known_facts(found, path)
-    facts = facts.without(asked.left_out(Given(found.vehicle, facts, chosen)))
+    facts = replace(facts, left_out=tuple(asked.left_out(Given(found.vehicle, facts, chosen))))
     written = asked.files(Given(found.vehicle, facts, chosen, network), target)
     if stream_of(target) is not None or is_device(target):
         written = {target: written[target]}  # beside a device or a stream nothing can stand

@@ -70,18 +70,21 @@ class OverTime(Element):
     def divide(self, logs: Sequence[Named]) -> None:
         """Say which log lies where in time: name, begin and end [s] of each, in place of those said before."""
         self._logs = [(name, float(begin), float(end)) for name, begin, end in logs]
-        if self._mounted:
-            self.run_method("divide", self._logs)
+        self._tell("divide", self._logs)
 
     def mark(self, intervals: Sequence[tuple[float, float]]) -> None:
         """Shade stretches of time [s], in place of those shaded before."""
         self._marks = [(float(begin), float(end)) for begin, end in intervals]
+        self._tell("mark", self._marks)
+
+    def _tell(self, what: str, message: object) -> None:
+        """Send a message, once there is a browser that has built the element."""
         if self._mounted:
-            self.run_method("mark", self._marks)
+            self.run_method(what, message)
 
     def _send_logs(self) -> None:
-        self.run_method("divide", self._logs)
-        self.run_method("mark", self._marks)
+        self._tell("divide", self._logs)
+        self._tell("mark", self._marks)
 
 
 class TimePlots(OverTime, component="time_plots.js", dependencies=["drawing.js"], esm={"undertow-uplot": "uplot"}):
@@ -226,7 +229,6 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
         self._measured: Path | None = None
         self._predicted: dict[str, Path] = {}
         self._paths: dict[str, Path] = {}
-        self._box: tuple[float, float, float, float] | None = None
         self.on("ready", self._ready)
         self.on("view", self._viewed)
 
@@ -251,7 +253,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
                 "give one of each a row"
             )
         self._measured = Path(np.asarray(time), np.asarray(north), np.asarray(east))
-        self._predicted, self._paths, self._box = {}, {}, None
+        self._predicted, self._paths = {}, {}
         if self._mounted:
             self._send_all()
 
@@ -265,8 +267,9 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
             lines away.
         """
         self._predicted |= {role: joined(parts) for role, parts in pieces.items()}
-        if self._mounted:
-            self._send_predicted()
+        lines = self._lines(None)
+        lines.pop("measured", None)
+        self._tell("predict", lines)
 
     def path(
         self, time: Array, measured: Places | None = None, before: Places | None = None, after: Places | None = None
@@ -282,8 +285,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
         """
         given = {"measured": measured, "before": before, "after": after}
         self._paths = {role: Path(np.asarray(time), *places) for role, places in given.items() if places is not None}
-        if self._mounted:
-            self._send_paths()
+        self._send_paths()
 
     def on_pick(self, handler: Callable[[float], object]) -> None:
         """Call the handler with the time [s] of the measured point nearest to a click."""
@@ -299,7 +301,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
 
     def _ready(self) -> None:
         """The browser has built the element, for the first time or anew: it knows nothing yet."""
-        self._mounted, self._box = True, None
+        self._mounted = True
         self._send_all()
 
     def _viewed(self, event: GenericEventArguments) -> None:
@@ -307,8 +309,8 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
         south, north, west, east = (sent_number(event.args, side) for side in SIDES)
         if south is None or north is None or west is None or east is None or self._measured is None:
             return
-        self._box = (south, north, west, east)
-        self.run_method("detail", {"box": self._box, **self._lines(self._box)})
+        box = (south, north, west, east)
+        self.run_method("detail", {"box": box, **self._lines(box)})
 
     def _lines(self, box: tuple[float, float, float, float] | None) -> dict[str, dict[str, Array]]:
         """Measured and predicted lines by role, thinned; those in a box, or all."""
@@ -321,17 +323,12 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
         return lines
 
     def _send_all(self) -> None:
-        self.run_method("draw", self._lines(None))
+        self._tell("draw", self._lines(None))
         self._send_paths()
         self._send_logs()
 
-    def _send_predicted(self) -> None:
-        lines = self._lines(None)
-        lines.pop("measured", None)
-        self.run_method("predict", lines)
-
     def _send_paths(self) -> None:
-        self.run_method("path", {role: _sent(path) for role, path in self._paths.items()})
+        self._tell("path", {role: _sent(path) for role, path in self._paths.items()})
 
 
 def _sent(path: Path) -> dict[str, Array]:
