@@ -3,6 +3,7 @@
 import html
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
+from typing import Any
 from xml.etree import ElementTree
 
 from ..physics.errors import printable
@@ -127,22 +128,24 @@ def product(factors: tuple[str, ...]) -> Html:
 
 
 def xml_node(
-    tag: str, *inside: ElementTree.Element, texts: Mapping[str, str] | None = None, **attributes: str
+    tag: str, *inside: "ElementTree.Element[Any] | Mapping[str, str]", **attributes: str
 ) -> ElementTree.Element:
     """An element of an XML document.
 
     Parameters
     ----------
-    inside : elements that stand within it
-    texts : elements of a text each that stand before these, by their tags
+    inside : what stands within it: elements, and mappings of tags to texts, which are an element each
 
     Examples
     --------
-    >>> ElementTree.tostring(xml_node("link", xml_node("visual"), texts={"gravity": "false"}, name="hull"))
+    >>> ElementTree.tostring(xml_node("link", {"gravity": "false"}, xml_node("visual"), name="hull"))
     b'<link name="hull"><gravity>false</gravity><visual /></link>'
     """
     made = ElementTree.Element(tag, attributes)
-    for name, text in (texts or {}).items():
-        ElementTree.SubElement(made, name).text = text
-    made.extend(inside)
+    for part in inside:
+        if isinstance(part, Mapping):
+            for name, text in part.items():
+                ElementTree.SubElement(made, name).text = text
+        else:
+            made.append(part)
     return made

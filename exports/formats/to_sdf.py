@@ -240,14 +240,12 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
         push = {"namespace": name, "joint_name": f"{thruster.name}_joint", "thrust_coefficient": "0.02"}
         push |= {"fluid_density": "1000.0", "propeller_diameter": "0.1", "velocity_control": "true"}
         push |= {"max_thrust_cmd": repr(high), "min_thrust_cmd": repr(low)}
-        pushes.append(
-            xml_node("plugin", texts=push, filename=f"{library}-thruster-system", name=f"{namespace}::Thruster")
-        )
+        pushes.append(xml_node("plugin", push, filename=f"{library}-thruster-system", name=f"{namespace}::Thruster"))
     model = xml_node(
         "model",
-        xml_node("link", _hull_inertia(vehicle, inertial), _hull_seen(vehicle), texts=_FLOATING, name="base_link"),
+        xml_node("link", _FLOATING, _hull_inertia(vehicle, inertial), _hull_seen(vehicle), name="base_link"),
         *(part for thruster in vehicle.thrusters for part in _propeller(thruster)),
-        xml_node("plugin", texts=water, filename=f"{library}-hydrodynamics-system", name=f"{namespace}::Hydrodynamics"),
+        xml_node("plugin", water, filename=f"{library}-hydrodynamics-system", name=f"{namespace}::Hydrodynamics"),
         *pushes,
         name=name,
     )
@@ -278,12 +276,12 @@ def _hull_inertia(vehicle: Vehicle, inertial: bool) -> ElementTree.Element:
         )
     ixx, iyy = _ROLL * izz, _PITCH * izz
     inertia = {"ixx": repr(ixx), "iyy": repr(iyy), "izz": repr(izz), "ixy": "0", "ixz": "0", "iyz": "0"}
-    inside = [xml_node("inertia", texts=inertia)]
+    inside = [xml_node("inertia", inertia)]
     if inertial:
         m = added_mass(vehicle)
         moved = {"xx": m[0, 0], "yy": m[1, 1], "yr": m[1, 2], "rr": m[2, 2]}
-        inside.append(xml_node("fluid_added_mass", texts={key: repr(float(x)) for key, x in moved.items()}))
-    return xml_node("inertial", *inside, texts={"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)})
+        inside.append(xml_node("fluid_added_mass", {key: repr(float(x)) for key, x in moved.items()}))
+    return xml_node("inertial", {"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)}, *inside)
 
 
 def _hull_seen(vehicle: Vehicle) -> ElementTree.Element:
@@ -291,22 +289,22 @@ def _hull_seen(vehicle: Vehicle) -> ElementTree.Element:
     p = vehicle.values
     izz = p["inertia_z"] - p["mass"] * (p["x_g"] ** 2 + p["y_g"] ** 2)
     length = float(np.sqrt(12.0 * izz / p["mass"] / (1.0 + _LONGER**-2)))
-    box = xml_node("box", texts={"size": f"{length:.3f} {length / _LONGER:.3f} {length / _LONGER:.3f}"})
+    box = xml_node("box", {"size": f"{length:.3f} {length / _LONGER:.3f} {length / _LONGER:.3f}"})
     pose = f"{p['x_g']!r} {0.0 - p['y_g']!r} 0 0 0 0"
-    return xml_node("visual", xml_node("geometry", box), texts={"pose": pose}, name="box")
+    return xml_node("visual", {"pose": pose}, xml_node("geometry", box), name="box")
 
 
 def _propeller(thruster: Thruster) -> tuple[ElementTree.Element, ElementTree.Element]:
     """The link of a thruster, and the joint about which it turns."""
     name, (x, y) = f"{thruster.name}_propeller", _place(thruster)
-    inertia = xml_node("inertia", texts=dict.fromkeys(("ixx", "iyy", "izz"), repr(_BLADE)))
-    inside = xml_node("inertial", inertia, texts={"mass": repr(_PROPELLER)})
+    inertia = xml_node("inertia", dict.fromkeys(("ixx", "iyy", "izz"), repr(_BLADE)))
+    inside = xml_node("inertial", {"mass": repr(_PROPELLER)}, inertia)
     pose = f"{x!r} {y!r} 0 0 0 {0.0 - thruster.angle!r}"
-    axis = xml_node("axis", xml_node("limit", texts={"lower": "-1e+12", "upper": "1e+12"}), texts={"xyz": "1 0 0"})
+    axis = xml_node("axis", {"xyz": "1 0 0"}, xml_node("limit", {"lower": "-1e+12", "upper": "1e+12"}))
     ends = {"parent": "base_link", "child": name}
     return (
-        xml_node("link", inside, texts=_FLOATING | {"pose": pose}, name=name),
-        xml_node("joint", axis, texts=ends, name=f"{thruster.name}_joint", type="revolute"),
+        xml_node("link", _FLOATING | {"pose": pose}, inside, name=name),
+        xml_node("joint", ends, axis, name=f"{thruster.name}_joint", type="revolute"),
     )
 
 
