@@ -128,7 +128,7 @@ class SavedSession(Record):
 
 
 def session_in(source: Source) -> tuple[str, tuple[str, ...]]:
-    """The session file among what is to be opened, empty where there is none, and what lies beside it.
+    """The session file among what is to be opened, and what lies beside it.
 
     Raises
     ------
@@ -136,8 +136,6 @@ def session_in(source: Source) -> tuple[str, tuple[str, ...]]:
         when there are several, or a vehicle, a map or axes are given with one.
     """
     files = [path for path in source.logs if path.lower().endswith(SESSION)]
-    if not files:
-        return "", ()
     if len(files) > 1:
         raise RequestError(f"expected one session, got {len(files)} JSON files; open them one after the other")
     if source.vehicle or source.channel_map or source.frame:

@@ -15,6 +15,7 @@ from .vehicle_form import vehicle_form
 from .words import (
     button,
     by_axis,
+    folded,
     headline,
     how_well,
     leans_on,
@@ -71,8 +72,7 @@ def log_notes(session: Session) -> None:
                 button("Make the safe repairs", session.repair, label="Repair the log and open it again")
             rest = [check.sentence for check in opened.checks if check not in bad]
             if rest or opened.notes:
-                with ui.element("details").classes("small"):
-                    line(f"{len(rest) + len(opened.notes)} notes", tag="summary")
+                with folded(f"{len(rest) + len(opened.notes)} notes"):
                     for text in (*rest, *opened.notes):
                         line(session.names.with_user_names(text), "muted")
 
@@ -102,7 +102,7 @@ def hero(session: Session) -> None:
             axes = line("", "small")
             told = line("", "told small")
             found = line("", "told small")
-            doubts = _Doubts()
+            _doubts(session)
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
     trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
@@ -118,7 +118,6 @@ def hero(session: Session) -> None:
         axes.set_text("" if opened is None or fit is None else by_axis(opened, fit))
         told.set_text(session.names.with_user_names(how_well(session.shown)))
         found.set_text(session.names.with_user_names(search_sentence(session.shown)))
-        doubts.show(session)
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
@@ -152,31 +151,26 @@ def _show_count(session: Session, place: ui.element) -> None:
         line(f"position error of {opened.horizon:g} s predictions", "muted", tag="span")
 
 
-class _Doubts:
+def _doubts(session: Session) -> None:
     """What is wrong with the log, and what everything rests on and nobody knows, with the way to put it right.
 
     They are built anew only when they change: else who presses a button, and waits for his turn, would press another.
     """
+    place = ui.element("div").classes("stack small")
 
-    def __init__(self) -> None:
-        self._place = ui.element("div").classes("stack small")
-        self._told: list[str] = []
-
-    def show(self, session: Session) -> None:
-        """Bring them up to date."""
+    def facts() -> list[str]:
         opened = session.shown.opened
-        told = [] if opened is None else [worst(opened), opened.doubt, leans_on(session.shown)]
-        if told == self._told:
-            return
-        self._told = told
-        self._place.clear()
-        self._place.set_visibility(any(told))
-        with self._place:
-            for text, act in zip(told, (_to_notes, _to_thrusters, _to_numbers), strict=False):
-                if text:
-                    with ui.element("div").classes("flow doubt").props('role="note"'):
-                        line(session.names.with_user_names(text), tag="span").style("flex: 1 1 220px")
-                        act(session)
+        return [] if opened is None else [worst(opened), opened.doubt, leans_on(session.shown)]
+
+    def draw(told: list[str]) -> None:
+        place.set_visibility(not told or any(told))
+        for text, act in zip(told, (_to_notes, _to_thrusters, _to_numbers), strict=False):
+            if text:
+                with ui.element("div").classes("flow doubt").props('role="note"'):
+                    line(session.names.with_user_names(text), tag="span").style("flex: 1 1 220px")
+                    act(session)
+
+    redrawn(session, place, facts, draw)
 
 
 def _to_notes(_: Session) -> None:

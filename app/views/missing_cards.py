@@ -8,7 +8,7 @@ from nicegui import ui
 from ...physics.presentation import listing, words
 from ...workflows.workbench_facts import OWN_NUMBERS, Card, Searched
 from ..session import Session
-from .words import button, line, watching
+from .words import button, folded, line, watching
 
 Act = Callable[[str], Awaitable[None]]
 
@@ -81,9 +81,8 @@ class FindingCard:
     def _why(self, opened: bool) -> None:
         """The finding with its picture, which is sent when it is looked at."""
         card = self._card
-        details = ui.element("details").classes("small")
+        details = folded("why")
         with details:
-            line("why", tag="summary")
             line(card.sentence)
             line(card.equation, "equation")
             picture = ui.element("div")
@@ -192,8 +191,7 @@ class MissingCards:
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:
-            with ui.element("details").classes("stack"):
-                line(f"{len(found) - _OPEN} more that may be", tag="summary")
+            with folded(f"{len(found) - _OPEN} more that may be", "stack"):
                 for card in found[_OPEN:]:
                     self._card(card)
         self._card(_OWN)
@@ -204,13 +202,11 @@ class MissingCards:
         for card in searched.sensors:
             self._sensors[card.name] = FindingCard(self._named(card), self._session.correct, self._session.leave)
         if searched.advice:
-            with ui.element("details").classes("small"):
-                line("What would tell more", tag="summary")
+            with folded("What would tell more"):
                 for manoeuvre, why in searched.advice:
                     line(f"{manoeuvre} {why}", "muted")
         if rest:
-            with ui.element("details").classes("stack"):
-                line(f"{len(rest)} effects without evidence", tag="summary")
+            with folded(f"{len(rest)} effects without evidence", "stack"):
                 for card in rest:
                     self._card(card)
         self._by_hand()
@@ -226,8 +222,7 @@ class MissingCards:
 
     def _by_hand(self) -> None:
         """A term or an effect that the user types."""
-        with ui.element("details").classes("small"):
-            line("Add by name, or a term by hand", tag="summary")
+        with folded("Add by name, or a term by hand"):
             line("An effect of the catalogue, or an axis and a product of speeds, such as yaw:u|r|.", "muted")
             with ui.element("div").classes("flow"):
                 field = ui.input(label="effect or term").props("dense outlined").style("flex: 1")

@@ -1,6 +1,7 @@
 """Opening and taking away: a log, a saved session or the demo comes onto the bench; page, model, commands leave it."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import count
 from pathlib import Path
 from weakref import proxy
@@ -14,28 +15,14 @@ from ..session import Session
 from ..steps import MOST_UPLOADED
 from .words import button, dialog, line, redrawn
 
-_THINGS = {
-    "page": ("The report page", "one HTML file that opens anywhere"),
-    "model": ("model.yaml", "the corrected vehicle file"),
-    "findings": ("findings.json", "the findings for machines"),
-    "run": ("The run folder", "everything, as a zip"),
-}
-
 
 def taking_away(session: Session) -> None:
     """A menu button in the bar."""
     with button("Take away", lambda: None, lead=True), ui.menu().props('aria-label="Take away"'):
-        for what, (name, told) in _THINGS.items():
-            item = ui.menu_item(on_click=lambda _, what=what: _take(session, what)).mark(f"take {what}")
-            with item, ui.element("div"):
+        for mark, (name, told, act) in _THINGS.items():
+            with ui.menu_item(on_click=partial(act, session)).mark(mark), ui.element("div"):
                 line(name, tag="b")
                 line(told, "muted small")
-        with ui.menu_item(on_click=lambda: _for_another(session)).mark("export"), ui.element("div"):
-            line("For another program", tag="b")
-            line("Gazebo, C, Python, MATLAB, an autopilot ...", "muted small")
-        with ui.menu_item(on_click=lambda: _save(session)).mark("save"), ui.element("div"):
-            line("The session", tag="b")
-            line("log, vehicle, steps and view, to go on later or elsewhere", "muted small")
         ui.separator()
         ui.menu_item("The commands that do the same", on_click=lambda: _commands(session))
 
@@ -74,6 +61,17 @@ async def _for_another(session: Session) -> None:
         with ui.element("div").classes("flow"):
             button("Write and take", lambda: _take(session, str(choice.value)), lead=True)
             button("Close", made.close)
+
+
+_THINGS = {
+    "take page": ("The report page", "one HTML file that opens anywhere", partial(_take, what="page")),
+    "take model": ("model.yaml", "the corrected vehicle file", partial(_take, what="model")),
+    "take findings": ("findings.json", "the findings for machines", partial(_take, what="findings")),
+    "take run": ("The run folder", "everything, as a zip", partial(_take, what="run")),
+    "export": ("For another program", "Gazebo, C, Python, MATLAB, an autopilot ...", _for_another),
+    "save": ("The session", "log, vehicle, steps and view, to go on later or elsewhere", _save),
+}
+"""Items of the menu by their marks: name, what it is, and what takes it away."""
 
 
 def _commands(session: Session) -> None:
@@ -321,36 +319,30 @@ def another_log(session: Session, *, paths: bool) -> None:
             choice = ui.toggle(options, value=on_other).props('dense no-caps unelevated aria-label="Log"')
             choice.on_value_change(lambda event: session.shown.look_at(other=bool(event.value)))
             button("Put away", session.put_away, label="Put the other log away")
-        button("Try on another log", lambda: _dialog(session, paths=paths), label="Try the model on another log")
+        button("Try on another log", lambda: _try_another(session, paths=paths), label="Try the model on another log")
 
     redrawn(session, place, facts, draw)
 
 
-def _dialog(session: Session, *, paths: bool) -> None:
+def _try_another(session: Session, *, paths: bool) -> None:
+    """The dialog by which another log is tried."""
     with dialog(620) as made:
-        _Trying(session, made.close, paths=paths)
-
-
-class _Trying:
-    """The dialog while it is open."""
-
-    def __init__(self, session: Session, leave: Callable[[], object], *, paths: bool) -> None:
-        self._session, self._leave = session, leave
         line("Try the model on another log", tag="h2").style("margin: 0")
         line(
             "A log of the same boat. The model predicts it as it is: nothing is fitted to this log, and the open one "
             "stays as you left it.",
             "muted small",
         )
-        self._files = LogFiles(session, paths=paths, path_label="or the path of a log, a folder or a pattern")
+        files = LogFiles(session, paths=paths, path_label="or the path of a log, a folder or a pattern")
         line("It is read with the channel map of the open log, unless you drop another beside it.", "muted small")
-        with ui.element("div").classes("flow"):
-            button("Predict", self._try, lead=True, label="Predict the other log")
-            button("Cancel", leave)
-            self._told = line("", "small", "span").props('role="status"')
 
-    async def _try(self) -> None:
-        if not self._files.logs:
-            self._told.set_text("Drop a log above, or give its path.")
-            return
-        await self._session.try_on(self._files.source(), lambda: _told_or_left(self._session, self._told, self._leave))
+        async def predict() -> None:
+            if not files.logs:
+                told.set_text("Drop a log above, or give its path.")
+                return
+            await session.try_on(files.source(), lambda: _told_or_left(session, told, made.close))
+
+        with ui.element("div").classes("flow"):
+            button("Predict", predict, lead=True, label="Predict the other log")
+            button("Cancel", made.close)
+            told = line("", "small", "span").props('role="status"')

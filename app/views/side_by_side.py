@@ -13,7 +13,7 @@ from ...workflows.workbench_facts import ModelChoice, Rival, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from ..shown import Shown
-from .words import button, line, redrawn, stair_name, watching
+from .words import button, folded, line, redrawn, stair_name, watching
 
 _ERRORS = ("position [m]", "surge [m/s]", "sway [m/s]", "yaw [rad/s]")
 _ACCELERATIONS = tuple(
@@ -53,8 +53,7 @@ def rivals_table(rivals: Sequence[Rival]) -> None:
     laws = any(r.asked for r in rivals)
     rows = [(r.name, *_numbers(r.error), *[_kept(r)] * laws) for r in rivals]
     _table(("model", *_ERRORS, *["laws"] * laws), rows)
-    with ui.element("details").classes("small"):
-        line("Errors of accelerations, from row to row", tag="summary")
+    with folded("Errors of accelerations, from row to row"):
         _table(("model", *_ACCELERATIONS), [(r.name, *_numbers(r.acceleration)) for r in rivals])
 
 

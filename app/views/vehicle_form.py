@@ -12,7 +12,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from ...physics.presentation import number
 from ...workflows.workbench_facts import Field, Form, Place, Source, Value, Wire
 from ..session import Session
-from .words import button, dialog, line, watching
+from .words import button, dialog, line, quantity, watching
 
 _EVERY = 0.15
 """Seconds between predictions while a slider moves: a fit is shown before the next is asked for."""
@@ -73,9 +73,7 @@ def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]
 
 def _row(session: Session, value: Value, sliders: dict[str, tuple[ui.element, TextElement]]) -> None:
     with ui.element("div").classes("numbers-row"):
-        with ui.element("span"):
-            line(value.symbol, "mono", "b")
-            line(f" {value.what} [{value.unit}]" if value.unit else f" {value.what}", "muted small", "span")
+        quantity(value.symbol, value.what, value.unit)
         line(number(value.before, 4), tag="span")
         now = line(number(value.after, 4), tag="span")
         ends = value.ci95
@@ -202,10 +200,7 @@ class _VehicleForm:
 
     def _number(self, field: Field) -> None:
         with ui.element("div").classes("numbers-row form-row"):
-            with ui.element("span"):
-                line(field.symbol, "mono", "b")
-                unit = f" [{field.unit}]" if field.unit else ""
-                line(f" {field.what}{unit}", "muted small", "span")
+            quantity(field.symbol, field.what, field.unit)
 
             async def change(event: events.ValueChangeEventArguments) -> None:
                 if event.value is not None:

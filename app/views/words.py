@@ -55,6 +55,21 @@ def line(text: str, cls: str = "", tag: str = "p") -> TextElement:
     return TextElement(tag=tag, text=text).classes(cls)
 
 
+def folded(summary: str, cls: str = "small") -> ui.element:
+    """A part that is folded behind a line until somebody opens it."""
+    details = ui.element("details").classes(cls)
+    with details:
+        line(summary, tag="summary")
+    return details
+
+
+def quantity(symbol: str, what: str, unit: str) -> None:
+    """The symbol of a number of a vehicle, what it is, and its unit."""
+    with ui.element("span"):
+        line(symbol, "mono", "b")
+        line(f" {what} [{unit}]" if unit else f" {what}", "muted small", "span")
+
+
 def number_in(value: float | None, unit: str) -> str:
     """A number with its unit."""
     return "n/a" if value is None else f"{number(value, 2)} {unit}"
