@@ -293,10 +293,8 @@ def pool(values: Array, deviations: Array) -> Pooled:
     known = np.isfinite(values) & np.isfinite(deviations)
     y, s = values[known], deviations[known]
     if not y.size:
-        empty = np.full(values.size, np.nan)
-        ends = np.full((values.size, 2), np.nan)
-        nothing = (np.nan, np.nan)
-        return Pooled(np.nan, nothing, np.nan, nothing, empty, ends, np.ones(values.size))
+        own, ends, chance = np.full(values.size, np.nan), np.full((values.size, 2), np.nan), np.ones(values.size)
+        return Pooled(np.nan, (np.nan, np.nan), np.nan, (np.nan, np.nan), own, ends, chance)
     spread, weight, mean, deviation = _believed(y, s)
     share = spread[:, None] ** 2 / (spread[:, None] ** 2 + s**2)
     own = mean[:, None] + share * (y - mean[:, None])

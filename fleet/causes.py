@@ -98,9 +98,8 @@ def stories(parameters: Sequence[str]) -> tuple[Story, ...]:
     ahead, aside, thrust, mass = (_marked(parameters, part) for part in _PARTS)
     size = len(parameters)
     # Drags of one hull move together, each with a share of its own.
-    hull = (
-        np.outer(ahead, ahead) + 0.25 * np.outer(aside, aside) + 0.5 * (np.outer(ahead, aside) + np.outer(aside, ahead))
-    )
+    both = np.outer(ahead, aside)
+    hull = np.outer(ahead, ahead) + 0.25 * np.outer(aside, aside) + 0.5 * (both + both.T)
     hull = hull + np.diag(0.25 * ahead + 0.25 * aside)
     loose = LOOSE**2 * np.eye(size)
     found = []
@@ -219,7 +218,7 @@ def _named(boat: BoatDays, inverse: Array, span: tuple[int, int, int], stories: 
     gap = np.log(np.diff(days))
     last = alarm - start  # nothing that began after the alarm raised it
     sums = {slope: _sums(days, values, inverse, slope=slope) for slope in (False, True)}
-    tellings = [_tell(s, sums[s.slope][0][:last], sums[s.slope][1][:last], gap[:last]) for s in stories]
+    tellings = [_tell(s, *(part[:last] for part in sums[s.slope]), gap[:last]) for s in stories]
     limit = float(chi2.isf(MISFIT, values.shape[1]))
     named = [t for t in tellings if t.story.cause is not Cause.UNNAMED and t.misfit <= limit and t.place >= SURE]
     others = [t for t in tellings if t.story.cause is Cause.UNNAMED]
@@ -229,7 +228,7 @@ def _named(boat: BoatDays, inverse: Array, span: tuple[int, int, int], stories: 
     best = told[0]
     weight = np.exp(best.evidence - best.total)
     row = int(np.argmax(weight))
-    information, score = sums[best.story.slope][0][row], sums[best.story.slope][1][row]
+    information, score = (part[row] for part in sums[best.story.slope])
     covariance = np.linalg.inv(information + 1e-9 * np.eye(score.size))
     lasted = float(days[-1] - days[row]) if best.story.slope else 0.0
     size = lasted if best.story.slope else 1.0
@@ -261,14 +260,13 @@ def _sums(days: Array, values: Array, inverse: Array, *, slope: bool) -> tuple[A
     flat, seen = since(inverse), since(weighed)
     if not slope:
         return flat - flat @ level @ flat, seen - flat @ level @ all_seen
-    begins = days[:-1]
-    time = days[:, None]
+    time, begins = days[:, None], days[:-1, None]
     first, product = since(inverse * time[..., None]), since(weighed * time)
     second = since(inverse * time[..., None] ** 2)
-    at = begins[:, None, None]
+    at = begins[..., None]
     drive = first - at * flat
     square = second - 2.0 * at * first + at**2 * flat
-    return square - drive @ level @ drive, product - begins[:, None] * seen - drive @ level @ all_seen
+    return square - drive @ level @ drive, product - begins * seen - drive @ level @ all_seen
 
 
 def _tell(story: Story, information: Array, score: Array, gap: Array) -> _StoryFit:
@@ -288,6 +286,5 @@ def _tell(story: Story, information: Array, score: Array, gap: Array) -> _StoryF
     row = int(np.argmax(evidence))
     ridge = 1e-9 * np.eye(root.shape[0])
     whole = score[row] @ np.linalg.solve(information[row] + ridge, score[row])
-    return _StoryFit(
-        story, evidence, float(whole - gained[row]), float(abs(place[row]) if story.either else place[row])
-    )
+    moved = abs(place[row]) if story.either else place[row]
+    return _StoryFit(story, evidence, float(whole - gained[row]), float(moved))

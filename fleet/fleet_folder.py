@@ -104,15 +104,14 @@ def read_index(folder: Path) -> FleetIndex:
     """
     path = folder / INDEX
     try:
-        return FleetIndex.read(read_json(path), path, _REMEDY)
+        content = read_json(path)
     except OSError as error:
         what = "a file" if folder.is_file() else f"one without {INDEX}" if folder.is_dir() else "no such folder"
         got = f"{path}: {error.strerror or error}" if path.is_file() else what
         raise RequestError(f"{folder}: expected the folder of a fleet, got {got}; {_REMEDY}") from None
     except ValueError as error:
-        if isinstance(error, RequestError):
-            raise
         raise RequestError(f"{path}: not readable as a fleet ({reason(error)}); {_REMEDY}") from None
+    return FleetIndex.read(content, path, _REMEDY)
 
 
 def write_index(folder: Path, index: FleetIndex) -> None:

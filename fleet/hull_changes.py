@@ -149,13 +149,11 @@ def _precision(
     every, since = sums(precision)
     all_seen, seen = sums(precision * (series - series[0]))
     if not slope:
-        information = since * (every - since) / every
-        return information, seen - since * all_seen / every
+        return since * (every - since) / every, seen - since * all_seen / every
     time = days[:, None]
     begins = days[first - 1][:, None]
-    _, first_moment = sums(precision * time)
-    _, second = sums(precision * time**2)
-    _, product = sums(precision * time * (series - series[0]))
+    moments = (precision * time, precision * time**2, precision * time * (series - series[0]))
+    first_moment, second, product = (sums(moment)[1] for moment in moments)
     drive = first_moment - begins * since
     square = second - 2.0 * begins * first_moment + begins**2 * since
     return square - drive**2 / every, product - begins * seen - drive * all_seen / every
@@ -197,11 +195,9 @@ def taken_back(boat: BoatDays, scatter: Array) -> Back:
 
     def back(before: Sequence[int], day: int, after: int) -> bool:
         level, doubt = _level(boat, whole, before)
-        away, home, stays = (
-            _squares(boat.values[day] - level, whole[day] + doubt),
-            _squares(boat.values[after] - level, whole[after] + doubt),
-            _squares(boat.values[after] - boat.values[day], whole[after] + whole[day]),
-        )
+        away = _squares(boat.values[day] - level, whole[day] + doubt)
+        home = _squares(boat.values[after] - level, whole[after] + doubt)
+        stays = _squares(boat.values[after] - boat.values[day], whole[after] + whole[day])
         return away > limit and stays - home > SURELY
 
     return back

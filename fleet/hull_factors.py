@@ -39,6 +39,8 @@ _HULL = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
 """What fouling, damage and loads of a hull change."""
 _WEAK = WeakSettings(copies=1)
 """One noisier copy: what noise adds to products is a sum over a whole log."""
+_OF_BLOCKS = ("gram", "tests", "begin", "end")
+"""Arrays with an entry a block, in the order in which `_Blocks` has them."""
 
 
 def followed_by_default(vehicle: Vehicle) -> tuple[str, ...]:
@@ -106,19 +108,17 @@ class HullFactors:
             hours[at] += one.hours
             start[at] = np.fmin(start[at], one.start)
         log = np.concatenate([at[one.log] for one, at in zip((self, other), place, strict=True)])
-        begin, end = np.concatenate([self.begin, other.begin]), np.concatenate([self.end, other.end])
-        order = np.lexsort((begin, log))
-        log, begin, end = log[order], begin[order], end[order]
+        joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _OF_BLOCKS}
+        order = np.lexsort((joined["begin"], log))
+        log, joined = log[order], {name: column[order] for name, column in joined.items()}
+        begin, end = joined["begin"], joined["end"]
         twice = np.flatnonzero((log[1:] == log[:-1]) & (begin[1:] <= end[:-1]))
         if twice.size:
             raise RequestError(
                 f"factors: expected each stretch of a log once, got that of {begin[twice[0]]:g} s of the log with "
                 f"SHA-256 {logs[log[twice[0]]]} in both; leave one out"
             )
-        gram = np.concatenate([self.gram, other.gram])[order]
-        tests = np.concatenate([self.tests, other.tests])[order]
-        kept = replace(self, gram=gram, tests=tests, begin=begin, end=end, log=log)
-        return replace(kept, logs=logs, noise=noise, start=start, hours=hours)
+        return replace(self, log=log, logs=logs, noise=noise, start=start, hours=hours, **joined)
 
 
 @single_threaded
@@ -173,8 +173,7 @@ def hull_factors(
             driven[own] = on[k][np.clip(np.round(centre).astype(int), 0, on[k].size - 1)]
         if not driven.any():
             continue
-        still: dict[str, float] = dict.fromkeys(NUISANCES, 0.0)
-        rows, _ = _rows(weak, vehicle, every, still, driven)
+        rows, _ = _rows(weak, vehicle, every, dict.fromkeys(NUISANCES, 0.0), driven)
         # The force is not linear in the current: columns are taken anew about the one that was found.
         rows, added = _rows(weak, vehicle, every, _current(rows, vehicle), driven)
         noise = noise + sum(np.einsum("tai,taj->aij", one, one) for one in added) / max(len(added), 1)
@@ -185,39 +184,27 @@ def hull_factors(
             f"expected a boat that is driven, got no command for longer than {IDLE:g} s in all of the log; nothing is "
             "learnt from a boat at rest"
         )
-    gram, tests, begin, end = blocks.whole()
-    size = gram.shape[-1]
+    parameters, nuisances = (
+        tuple(Column(name=s, unit=vehicle.parameter(s).unit) for s in some) for some in (symbols, NUISANCES)
+    )
     return HullFactors(
-        _columns(vehicle, symbols),
-        _columns(vehicle, NUISANCES),
-        np.array([vehicle.value(symbol) for symbol in symbols]),
-        gram,
-        tests,
-        begin,
-        end,
-        np.zeros(tests.size, dtype=int),
-        (digest,),
-        np.broadcast_to(noise, (3, size, size))[None].copy(),
-        np.array([start]),
-        np.array([seconds / 3600.0]),
-        settings_of(vehicle),
+        parameters,
+        nuisances,
+        nominal=np.array([vehicle.value(symbol) for symbol in symbols]),
+        **blocks.whole(),
+        log=np.zeros(len(blocks.known), dtype=int),
+        logs=(digest,),
+        noise=np.broadcast_to(noise, (3, len(every) + 1, len(every) + 1))[None].copy(),
+        start=np.array([start]),
+        hours=np.array([seconds / 3600.0]),
+        settings=settings_of(vehicle),
     )
 
 
 def settings_of(vehicle: Vehicle) -> dict[str, float | str]:
     """How rows are made for a vehicle."""
-    return {
-        "half_width": _WEAK.half_width,
-        "stride": _WEAK.stride,
-        "power": _WEAK.power,
-        "block": BLOCK,
-        "idle": IDLE,
-        "vehicle": vehicle.digest,
-    }
-
-
-def _columns(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Column, ...]:
-    return tuple(Column(name=symbol, unit=vehicle.parameter(symbol).unit) for symbol in symbols)
+    rows = {name: getattr(_WEAK, name) for name in ("half_width", "stride", "power")}
+    return {**rows, "block": BLOCK, "idle": IDLE, "vehicle": vehicle.digest}
 
 
 def _rows(
@@ -269,10 +256,10 @@ class _Blocks:
             for number in sorted(known):
                 self._put(number // 2, *known[number])
 
-    def whole(self) -> tuple[Array, np.ndarray, Array, Array]:
-        """Products, rows, begin and end of the blocks, in the order of time."""
-        gram, tests, begin, end = zip(*(self.known[n] for n in sorted(self.known)), strict=True)
-        return np.stack(gram), np.array(tests), np.array(begin), np.array(end)
+    def whole(self) -> dict[str, np.ndarray]:
+        """Products, rows, begin and end of the blocks, in the order of time, by their names."""
+        columns = zip(*(self.known[n] for n in sorted(self.known)), strict=True)
+        return {name: np.array(column) for name, column in zip(_OF_BLOCKS, columns, strict=True)}
 
     def _put(self, number: int, gram: Array, tests: int, begin: float, end: float) -> None:
         if number in self.known:
@@ -281,10 +268,7 @@ class _Blocks:
         self.known[number] = gram, tests, begin, end
 
 
-_KINDS = {
-    **dict.fromkeys(("nominal", "gram", "begin", "end", "noise", "start", "hours"), "f"),
-    **dict.fromkeys(("tests", "log"), "i"),
-}
+_KINDS = dict.fromkeys(("nominal", "gram", "begin", "end", "noise", "start", "hours"), "f") | {"tests": "i", "log": "i"}
 """What numbers each array holds, as numpy names their kinds."""
 _REMEDY = "take the file away, and run 'undertow fleet' again"
 
@@ -301,9 +285,7 @@ class HullFactorsAbout(Record):
 
 def to_bytes(factors: HullFactors) -> bytes:
     """Factors as the content of a file."""
-    about = HullFactorsAbout(
-        parameters=factors.parameters, nuisances=factors.nuisances, logs=factors.logs, settings=dict(factors.settings)
-    )
+    about = HullFactorsAbout(**{name: getattr(factors, name) for name in HullFactorsAbout.model_fields})
     return packed({"about": about, **{name: getattr(factors, name) for name in _KINDS}})
 
 
@@ -320,9 +302,7 @@ def from_bytes(content: bytes, source: object) -> HullFactors:
         when the bytes are none of these, broken, of another version, or do not hold what they say.
     """
     about, found = unpacked(content, HullFactorsAbout, _KINDS, (source, "factors of a hull", _REMEDY))
-    factors = HullFactors(
-        parameters=about.parameters, nuisances=about.nuisances, logs=about.logs, settings=about.settings, **found
-    )
+    factors = HullFactors(**dict(about), **found)
     blocks, logs, p = factors.tests.size, len(factors.logs), len(factors.parameters)
     size = p + len(factors.nuisances) + 1
     wanted = {

@@ -59,11 +59,9 @@ class TrueBoat:
 
     def __init__(self, vehicle: Vehicle, surroundings: Surroundings, seconds: float, seed: int) -> None:
         drift = np.random.default_rng([seed, _STREAMS["current"]]).uniform(-np.pi, np.pi)
-        current = surroundings.current * np.array([np.cos(drift), np.sin(drift)])
-        names = ("current_north", "current_east")
-        self.vehicle = vehicle.with_values(
-            {name: vehicle.value(name) + float(part) for name, part in zip(names, current, strict=True)}
-        )
+        drifts = {"current_north": np.cos(drift), "current_east": np.sin(drift)}
+        current = {s: vehicle.value(s) + float(surroundings.current * part) for s, part in drifts.items()}
+        self.vehicle = vehicle.with_values(current)
         program = program_of(self.vehicle, FINE_STEP, corrected="beside")
         self._groups = [group.name for group in program.step.inputs]
         self._step = casadi_function(program.step)
@@ -166,10 +164,8 @@ def drive(
     observer = Observer(known, boat.measured())
     pilot = CONTROLLERS[controller](known, track)
     points = track.at(PERIOD * np.arange(rows, dtype=float))
-    motion, command = (
-        np.tile(boat.motion, (rows, 1)),
-        np.tile(known.inverse.command(np.zeros(known.thrusters)), (rows, 1)),
-    )
+    motion = np.tile(boat.motion, (rows, 1))
+    command = np.tile(known.inverse.command(np.zeros(known.thrusters)), (rows, 1))
     spent, unsolved, lost = np.zeros(rows - 1), 0, False
     for k in range(1, rows):
         begun, minutes = thread_time(), observer.belief.minutes

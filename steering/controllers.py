@@ -230,19 +230,11 @@ class PredictiveControl(Controller):
         self._full = np.maximum(np.abs(known.inverse.lower), np.abs(known.inverse.upper))
         self._solver, self._rows = _solver(known, self._full)
         self._wildest = _WILDEST * np.array([track.pace.speed, track.pace.speed, track.pace.turn_rate])
-        self._bounds = self._ends()
+        most = np.full((HORIZON + 1, len(known.program.state)), np.inf)
+        most[1:, 3:6] = self._wildest  # the first state is what it is
+        limits = (-most, known.inverse.lower), (most, known.inverse.upper)
+        self._bounds = [_lined(states, np.tile(force / self._full, (HORIZON, 1))) for states, force in limits]
         self._plan: tuple[Array, Array] | None = None
-
-    def _ends(self) -> tuple[Array, Array]:
-        """Least and largest value of every unknown; the first state is what it is."""
-        inverse, size = self.known.inverse, len(self.known.program.state)
-        most = np.full((HORIZON + 1, size), np.inf)
-        most[1:, 3:6] = self._wildest
-
-        def lined(states: Array, shares: Array) -> Array:
-            return np.append(np.column_stack([states[:-1], np.tile(shares, (HORIZON, 1))]).ravel(), states[-1])
-
-        return lined(-most, inverse.lower / self._full), lined(most, inverse.upper / self._full)
 
     def ask(self, observer: Observer) -> ControlRequest:
         """See `Controller.ask`."""
@@ -254,15 +246,8 @@ class PredictiveControl(Controller):
         wanted = np.column_stack([points[:, :2], *body_to_earth(points[:, 2], points[:, 3], np.zeros(HORIZON))])
         given = np.concatenate([belief.state, [belief.minutes], added.ravel(), wanted.ravel()])
         size, count = len(belief.state), known.thrusters
-        stages = np.column_stack([states[:-1], shares]).ravel()
-        found = self._solver(
-            x0=np.concatenate([stages, states[-1]]),
-            p=given,
-            lbx=self._bounds[0],
-            ubx=self._bounds[1],
-            lbg=-self._rows,
-            ubg=self._rows,
-        )
+        begin, (least, most) = _lined(states, shares), self._bounds
+        found = self._solver(x0=begin, p=given, lbx=least, ubx=most, lbg=-self._rows, ubg=self._rows)
         solved = bool(self._solver.stats()["success"])
         if solved:
             values = numbers(found["x"])
@@ -271,21 +256,22 @@ class PredictiveControl(Controller):
         self._plan = states, shares
         return ControlRequest(shares[0] * self._full, solved=solved)
 
-    def _within(self, state: Array) -> bool:
-        """True when a state is one that a plan may have."""
-        return bool(np.isfinite(state).all() and (np.abs(state[3:6]) <= self._wildest).all())
-
     def _shifted(self, observer: Observer) -> tuple[Array, Array]:
         """States (steps + 1, state) and shares of force (steps, thrusters) of the last plan, a step on."""
         belief, known = observer.belief, self.known
         if self._plan is None:
-            return np.tile(belief.state, (HORIZON + 1, 1)), np.tile(
-                belief.state[known.lately] / self._full, (HORIZON, 1)
-            )
+            shares = belief.state[known.lately] / self._full
+            return np.tile(belief.state, (HORIZON + 1, 1)), np.tile(shares, (HORIZON, 1))
         states, shares = self._plan
         after = numbers(known.step(states[-1], shares[-1] * self._full, belief.added, belief.minutes))
-        after = after if self._within(after) else states[-1]
+        if not (np.isfinite(after).all() and (np.abs(after[3:6]) <= self._wildest).all()):
+            after = states[-1]  # no plan may have such a state
         return np.vstack([belief.state, states[2:], after]), np.vstack([shares[1:], shares[-1:]])
+
+
+def _lined(states: Array, shares: Array) -> Array:
+    """The unknowns in the order of the solver: each state with the shares of force after it, and the last state."""
+    return np.append(np.column_stack([states[:-1], shares]).ravel(), states[-1])
 
 
 def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:

@@ -176,16 +176,12 @@ class KnownModel:
     @property
     def lately(self) -> list[int]:
         """Places in the state of the force that each thruster was asked for last."""
-        return _lately(self.program)
+        return _places(self.program, "asked_{}")
 
     @property
     def acting(self) -> list[int]:
         """Places in the state of the newest force of each thruster, behind its lag."""
-        names = self.program.state
-        return [
-            names.index(f"lagged_{t.name}_0" if f"lagged_{t.name}_0" in names else f"command_{t.name}_0")
-            for t in self.program.vehicle.thrusters
-        ]
+        return _places(self.program, "lagged_{}_0")
 
 
 def known_model(model: Model) -> KnownModel:
@@ -205,12 +201,8 @@ def known_model(model: Model) -> KnownModel:
     parts = _parts(model.vehicle)
     program = program_of(own, PERIOD / parts, corrected="beside")
     count = len(own.thrusters)
-    symbols = {
-        "state": casadi.SX.sym("state", len(program.state)),
-        "command": casadi.SX.sym("force", count),
-        "added": casadi.SX.sym("added", 3),
-        "minutes": casadi.SX.sym("minutes", 1),
-    }
+    sizes = {"state": len(program.state), "command": count, "added": 3, "minutes": 1}
+    symbols = {name: casadi.SX.sym(name, size) for name, size in sizes.items()}
     state, force, added, minutes = symbols.values()
 
     def asked(function: Function, **more: Any) -> Any:
@@ -225,7 +217,7 @@ def known_model(model: Model) -> KnownModel:
     pulled, push = (asked(program.rates, motion=motion, force=given)[3:6] for given in (casadi.SX.zeros(count), force))
     walk, rows, seen = _walk_of(model)
     looks = None if seen is None else made("seen", [state, minutes], asked(network_inputs(own, PERIOD / parts, seen)))
-    after, last = state, state[_lately(program)]
+    after, last = state, state[_places(program, "asked_{}")]
     for k in range(parts):
         between = {"state": after, "command": last + (k + 1) / parts * (force - last)}
         after = asked(program.step, **between, minutes=minutes + k * PERIOD / parts / 60.0)
@@ -243,12 +235,10 @@ def known_model(model: Model) -> KnownModel:
     )
 
 
-def _lately(program: Program) -> list[int]:
-    names = program.state
-    return [
-        names.index(f"asked_{t.name}" if f"asked_{t.name}" in names else f"command_{t.name}_0")
-        for t in program.vehicle.thrusters
-    ]
+def _places(program: Program, form: str) -> list[int]:
+    """Places in the state of what each thruster has under a name of this form, or else of its newest command."""
+    pairs = [(form.format(t.name), f"command_{t.name}_0") for t in program.vehicle.thrusters]
+    return [program.state.index(name if name in program.state else other) for name, other in pairs]
 
 
 def _parts(vehicle: Vehicle) -> int:

@@ -58,6 +58,11 @@ class Course:
 _START = Leg(4.0)
 """The way from rest to the pace with which every track begins."""
 _CORNER = (Leg(8.0), Leg(0.0, turn=90.0))
+_TRANSIENTS = (
+    *((6.0, 1.0), (2.0, 0.4), (6.0, 0.4), (3.0, 1.3), (6.0, 1.3)),
+    *((4.0, 0.0), (3.0, -0.4), (5.0, -0.4), (3.0, 0.0)),
+)
+"""Time of each leg [s], and the share of the pace's speed that it ends with."""
 TRACKS = {
     "square": Course("four sides and four corners", _CORNER * 4),
     "lawn-mower": Course(
@@ -70,17 +75,7 @@ TRACKS = {
     ),
     "transients": Course(
         "straight on, slower, faster, to rest and astern",
-        (
-            Leg(6.0),
-            Leg(2.0, speed=0.4),
-            Leg(6.0, speed=0.4),
-            Leg(3.0, speed=1.3),
-            Leg(6.0, speed=1.3),
-            Leg(4.0, speed=0.0),
-            Leg(3.0, speed=-0.4),
-            Leg(5.0, speed=-0.4),
-            Leg(3.0, speed=0.0),
-        ),
+        tuple(Leg(seconds, speed) for seconds, speed in _TRANSIENTS),
     ),
 }
 """The tracks by name. Speeds end at a share of the pace; turns are made at its yaw rate."""
@@ -126,21 +121,19 @@ def pace_of(vehicle: Vehicle) -> Pace:
         when its thrusters can neither push it ahead nor turn it.
     """
     still = calm(at_beginning(vehicle))
-    equation, idle = ForceEquation(still), np.zeros((len(still.thrusters), 1))
+    equation, rest = ForceEquation(still), np.zeros(2001)
     most = np.array([np.abs(t.lasting(command_of(t, np.array([-1.0, 1.0]))))[0].max() for t in still.thrusters])
     reach = np.abs(thruster_matrix(still)) @ most
     if reach[0] <= 0.0 or reach[2] <= 0.0:
         raise RequestError(f"control: the thrusters of {vehicle.name} cannot both push it ahead and turn it")
 
-    def kept(axis: int, ends: float, at: float) -> float:
-        rising = np.linspace(0.0, ends, 2001)
-        moving = [np.zeros(2001), np.zeros(2001), np.zeros(2001)]
-        moving[0], moving[axis] = np.full(2001, at), rising
-        drag = -equation.force((moving[0], moving[1], moving[2]), np.zeros(2001), idle * rising)[axis]
+    def kept(axis: int, rising: Array, surge: Array, yaw: Array) -> float:
+        drag = -equation.force((surge, rest, yaw), rest, np.zeros((len(still.thrusters), rest.size)))[axis]
         return float(np.interp(SHARE * reach[axis], np.maximum.accumulate(drag), rising))
 
-    speed = kept(0, 10.0, 0.0)
-    return Pace(speed, kept(2, 3.0, speed))
+    ahead, turning = np.linspace(0.0, 10.0, rest.size), np.linspace(0.0, 3.0, rest.size)
+    speed = kept(0, ahead, ahead, rest)
+    return Pace(speed, kept(2, turning, np.full(rest.size, speed), turning))
 
 
 def track_named(name: str, pace: Pace) -> Track:
