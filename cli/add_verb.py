@@ -5,17 +5,7 @@ from pathlib import Path
 
 from ..measurements.log_options import Reading
 from ..physics.effects import EFFECTS
-from .console import (
-    print_json,
-    progress,
-    prose,
-    say,
-    show,
-    show_calibrated,
-    show_steps,
-    tell_replaced,
-    warn,
-)
+from .console import print_json, progress, prose, say, show, show_calibrated, show_steps, tell_replaced, warn
 from .options import FORCE, JSON, READING, RUN_LOGS, VEHICLE_OUT, argument, earlier_files, option, read_logs
 
 
@@ -55,8 +45,11 @@ def add(
         raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
     read = (run, effects if run is None else (), vehicle, reading.channel_map, log)
     earlier = earlier_files((("--out", "add", out),), read, force=force)
-    names, paths, nominal, searched, judge = effects, [], vehicle, None, None
-    if run is not None:
+    searched, judge = None, None
+    if run is None:
+        names, paths = _effects_then_logs(effects)
+        nominal = vehicle
+    else:
         given = [word for word in effects if _is_log(word)]
         options = (("--frame", reading.frame), ("--namespace", reading.namespace))
         given += [name for name, value in options if value is not None] + ["--fix"] * reading.fix
@@ -70,8 +63,6 @@ def add(
         reading = replace(record.reading, as_is=reading.as_is or record.reading.as_is)
         refit, searched = record.settings.refit if refit is None else refit, record.findings
         judge = record.judge
-    else:
-        names, paths = _effects_then_logs(effects)
     if not names:
         raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
     inputs = read_logs(paths, nominal, reading, judge)

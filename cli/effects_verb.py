@@ -1,7 +1,6 @@
 """The verb `effects`: the catalogue, and one effect with what it looks like on a vehicle."""
 
 import re
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..physics.effects import EFFECTS, Effect
@@ -23,7 +22,7 @@ def effects(
 
     if name is None:
         if as_json:
-            print_json(effect_cards())
+            print_json({"schema": EFFECTS_SCHEMA, "effects": [_card(effect) for effect in EFFECTS]})
             return
         from ..reports.terminal.laws_and_effects_screen import catalogue_table
 
@@ -34,7 +33,8 @@ def effects(
     boat = load_vehicle(vehicle)
     (found,) = signatures(boat, (_effect_meant(name),))
     if as_json:
-        print_json(effect_cards((found,), boat.name))
+        card = _card(found.effect) | _seen(found)
+        print_json({"schema": EFFECTS_SCHEMA, "vehicle": boat.name, "effects": [card]})
         return
     from ..reports.terminal.laws_and_effects_screen import effect_card
 
@@ -43,20 +43,14 @@ def effects(
 
 def _effect_meant(name: str) -> str:
     """The effect that a name, one with blanks or a thruster, or a symbol stands for."""
-    from ..physics.effects import EFFECTS
-
     plain = re.sub(r"\[.*\]$|\s*\(.*\)$", "", name.strip())
     owners = [effect.name for effect in EFFECTS if plain in effect.symbols]
     return owners[0] if owners else plain.replace(" ", "_").lower()
 
 
 EFFECTS_SCHEMA = "undertow.effects/1"
-
-
-def effect_cards(found: "Sequence[Signature]" = (), vehicle: str = "") -> "Plain":
-    """The catalogue, or some effects with their signatures on a vehicle, as `effects --json` prints it."""
-    cards = [_card(effect) for effect in EFFECTS] if not found else [_card(s.effect) | _seen(s) for s in found]
-    return {"schema": EFFECTS_SCHEMA, **({"vehicle": vehicle} if vehicle else {}), "effects": cards}
+_OF_PARAMETER = ("symbol", "unit", "null", "section", "lower", "upper")
+"""What is told of each parameter of an effect; a bound that is infinite is null in JSON."""
 
 
 def _card(effect: Effect) -> "Plain":
@@ -66,17 +60,7 @@ def _card(effect: Effect) -> "Plain":
         "equation": effect.equation,
         "meaning": effect.meaning,
         "reported": "added" if effect.added else "absolute",
-        "parameters": [
-            {
-                "symbol": p.symbol,
-                "unit": p.unit,
-                "null": p.null,
-                "section": p.section,
-                "lower": p.lower if p.lower > -float("inf") else None,
-                "upper": p.upper if p.upper < float("inf") else None,
-            }
-            for p in effect.parameters
-        ],
+        "parameters": [{name: getattr(p, name) for name in _OF_PARAMETER} for p in effect.parameters],
         "needs": list(effect.channels),
         "requires": list(effect.requires),
         "includes": list(effect.includes),

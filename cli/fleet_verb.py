@@ -36,27 +36,13 @@ def fleet(
     from ..fleet.workers import Engine
     from ..physics.presentation import listing
 
-    built = build_fleet(
-        logs,
-        vehicle,
-        out,
-        reading,
-        follow=one_by_one(follow),
-        engine=Engine(workers, scheduler),
-        progress=progress,
-        force=force,
-    )
+    symbols, engine = one_by_one(follow), Engine(workers, scheduler)
+    built = build_fleet(logs, vehicle, out, reading, follow=symbols, engine=engine, progress=progress, force=force)
+    index = built.index
     if as_json:
-        print_json(
-            {
-                **built.index.to_dict(),
-                "read": built.read,
-                "kept": built.kept,
-                "skipped_now": [one.to_dict() for one in built.skipped],
-            }
-        )
+        now = {"read": built.read, "kept": built.kept, "skipped_now": [one.to_dict() for one in built.skipped]}
+        print_json({**index.to_dict(), **now})
     else:
-        index = built.index
         say(f"{out}: {size_of(index)}")
         say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
         if mixed := index.of_several_vehicles:

@@ -218,7 +218,7 @@ def _named(boat: BoatDays, inverse: Array, span: tuple[int, int, int], stories: 
     gap = np.log(np.diff(days))
     last = alarm - start  # nothing that began after the alarm raised it
     sums = {slope: _sums(days, values, inverse, slope=slope) for slope in (False, True)}
-    tellings = [_tell(s, *(part[:last] for part in sums[s.slope]), gap[:last]) for s in stories]
+    tellings = [_tell(s, sums[s.slope], gap[:last]) for s in stories]
     limit = float(chi2.isf(MISFIT, values.shape[1]))
     named = [t for t in tellings if t.story.cause is not Cause.UNNAMED and t.misfit <= limit and t.place >= SURE]
     others = [t for t in tellings if t.story.cause is Cause.UNNAMED]
@@ -269,8 +269,15 @@ def _sums(days: Array, values: Array, inverse: Array, *, slope: bool) -> tuple[A
     return square - drive @ level @ drive, product - begins * seen - drive @ level @ all_seen
 
 
-def _tell(story: Story, information: Array, score: Array, gap: Array) -> _StoryFit:
-    """Weigh a story by the marginal likelihood of a normal change, of the sign that it must have."""
+def _tell(story: Story, sums: tuple[Array, Array], gap: Array) -> _StoryFit:
+    """Weigh a story by the marginal likelihood of a normal change, of the sign that it must have.
+
+    Parameters
+    ----------
+    sums : information and score of the size of a change from each day but the first on
+    gap : (n,) logarithm of the time before each of the first of these days, which alone are weighed
+    """
+    information, score = (part[: gap.size] for part in sums)
     root = np.linalg.cholesky(story.covariance)
     inner = np.eye(root.shape[0]) + root.T @ information @ root
     inside = np.linalg.inv(inner)

@@ -186,9 +186,9 @@ class _Diary:
 
 def _since(boat: BoatDays, changes: Sequence[HullChange], odd: Sequence[int]) -> BoatDays:
     """The days since the last change began, but for odd ones; where a hull still changes, those of the last week."""
-    row = 0
-    if changes:
-        row = max(changes[-1].first, boat.time.size - WEEK) if changes[-1].slope else changes[-1].first
+    row = changes[-1].first if changes else 0
+    if changes and changes[-1].slope:
+        row = max(row, boat.time.size - WEEK)
     return boat.of([k for k in range(min(row, boat.time.size - 1), boat.time.size) if k not in odd] or [-1])
 
 

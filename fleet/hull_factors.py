@@ -302,7 +302,7 @@ def from_bytes(content: bytes, source: object) -> HullFactors:
         when the bytes are none of these, broken, of another version, or do not hold what they say.
     """
     about, found = unpacked(content, HullFactorsAbout, _KINDS, (source, "factors of a hull", _REMEDY))
-    factors = HullFactors(**dict(about), **found)
+    factors = HullFactors(about.parameters, about.nuisances, logs=about.logs, settings=about.settings, **found)
     blocks, logs, p = factors.tests.size, len(factors.logs), len(factors.parameters)
     size = p + len(factors.nuisances) + 1
     wanted = {

@@ -8,7 +8,7 @@ deviations are those of Student's t.
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -74,12 +74,16 @@ def estimated(factors: HullFactors) -> Values:
     for _ in range(_ROUNDS):
         normal.solve(weight, share)
         weight = share * rows / np.maximum(np.maximum(normal.left, at_work), LEAST_FORCE**2)
-    values, covariance = np.full(p, np.nan), np.full((p, p), np.nan)
     lost = normal.lost | (np.sqrt(np.diag(normal.covariance)) > _NOTHING * np.abs(factors.nominal[normal.kept]))
     kept = normal.kept[~lost]
-    values[kept] = factors.nominal[kept] + normal.change[~lost]
-    covariance[np.ix_(kept, kept)] = normal.covariance[np.ix_(~lost, ~lost)]
-    return Values(values, covariance)
+    return _among(p, kept, factors.nominal[kept] + normal.change[~lost], normal.covariance[np.ix_(~lost, ~lost)])
+
+
+def _among(size: int, place: Sequence[int] | np.ndarray, values: Array, covariance: Array) -> Values:
+    """Values of some of so many parameters, in their places among all."""
+    every, spread = np.full(size, np.nan), np.full((size, size), np.nan)
+    every[place], spread[np.ix_(place, place)] = values, covariance
+    return Values(every, spread)
 
 
 class _Normal:
@@ -227,10 +231,9 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
     """
     if by not in ("day", "log"):
         raise RequestError(f"read_fleet: expected by='day' or by='log', got {by!r}")
-    place = Path(folder)
-    index = read_index(place)
+    index = read_index(Path(folder))
     if not index.logs:
-        raise RequestError(f"{place}: expected a fleet with logs, got none; give 'undertow fleet' some")
+        raise RequestError(f"{Path(folder)}: expected a fleet with logs, got none; give 'undertow fleet' some")
     groups: dict[tuple[str, ...], list[FleetLog]] = {}
     for log in index.logs:
         own = log.factors if by == "log" else log.day
@@ -238,15 +241,14 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
     told: list[tuple[list[FleetLog], list[str], Values]] = []
     nominal: dict[str, Counter[float]] = {}
     for logs in groups.values():
-        for some, factors in _added(place, logs):
+        for some, factors in _added(Path(folder), logs):
             names = [parameter_name(column.name) for column in factors.parameters]
             told.append((some, names, estimated(factors)))  # factors are a hundred times larger, and go
             for name, value in zip(names, factors.nominal, strict=True):
                 nominal.setdefault(name, Counter())[float(value)] += len(some)
     parameters = tuple(nominal)
-    estimates = [
-        _estimate(logs, [parameters.index(n) for n in names], found, len(parameters)) for logs, names, found in told
-    ]
+    place = {name: k for k, name in enumerate(parameters)}
+    estimates = [_estimate(logs, [place[n] for n in names], found, len(place)) for logs, names, found in told]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
     usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
     there = {log.log for log in index.logs}
@@ -278,10 +280,8 @@ def _added(folder: Path, logs: list[FleetLog]) -> Iterator[tuple[list[FleetLog],
 
 
 def _estimate(logs: list[FleetLog], place: list[int], found: Values, size: int) -> HullEstimate:
-    values, covariance = np.full(size, np.nan), np.full((size, size), np.nan)
-    values[place] = found.values
-    covariance[np.ix_(place, place)] = found.covariance
+    every = _among(size, place, found.values, found.covariance)
     hours = np.array([log.hours for log in logs])
     time = float(np.average([seconds_of(log.time) for log in logs], weights=hours))
     names = ", ".join(sorted(log.log for log in logs))
-    return HullEstimate(logs[0].boat, time, float(hours.sum()), values, covariance, names)
+    return HullEstimate(logs[0].boat, time, float(hours.sum()), every.values, every.covariance, names)

@@ -97,9 +97,9 @@ class BenchSession:
     def _fitted(self, stand: ModelChoice) -> Fit:
         model, made, nominal = self.model(stand), self._made(stand.names), self.inputs.vehicle
         error, lost = self.log.error(model)
-        ci95 = {} if made is None else made.ci95
+        ends = {} if made is None else {s: (float(low), float(high)) for s, (low, high) in made.ci95.items()}
         values = tuple(
-            Value(k.symbol, k.what, unit_text(k.unit), k.before, k.after, _ends(ci95.get(k.symbol)), k.low, k.high)
+            Value(k.symbol, k.what, unit_text(k.unit), k.before, k.after, ends.get(k.symbol), k.low, k.high)
             for k in knobs_of(nominal, model.vehicle)
         )
         passivity = None if made is None or stand.moved else made.passivity
@@ -108,10 +108,6 @@ class BenchSession:
         band = prediction_band([(model, self.inputs.parts.judged)]) if unseen else None
         columns = self.rows.columns(model, nominal, band)
         return Fit(stand.names, error, lost, columns, values, verdict, law, unseen, band=band)
-
-
-def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:
-    return None if ci95 is None else (float(ci95[0]), float(ci95[1]))
 
 
 _TOLD: dict[Verdict, tuple[str, str]] = {
@@ -127,10 +123,7 @@ _TOLD: dict[Verdict, tuple[str, str]] = {
         "cannot tell",
         "On rows that the fit did not see, the error in {what} differs by {by}, which is nothing or may be chance.",
     ),
-    "too short to tell": (
-        "cannot tell",
-        "The log is too short to judge on rows that the fit did not see.",
-    ),
+    "too short to tell": ("cannot tell", "The log is too short to judge on rows that the fit did not see."),
 }
 """Verdict on the card, and the sentence, by what the comparison on unseen rows says."""
 
@@ -150,7 +143,7 @@ def weighed(bench: BenchSession, stand: ModelChoice, name: str) -> Card:
     """
     whole = replace(stand, moved=())
     without = replace(whole, names=tuple(one for one in stand.names if one != name))
-    before = {value.symbol: value.after for value in bench.fit(without).values}
+    before = {value.symbol for value in bench.fit(without).values}
     own = [value for value in bench.fit(whole).values if value.symbol == name or value.symbol not in before]
     errors = evaluate_all([bench.model(without), bench.model(whole)], bench.inputs.parts.judged)
     decides = what_decides(errors)

@@ -74,20 +74,17 @@ def check(
     if moved.logs and (paths or path is None or not is_run(path)):
         raise RequestError("check: --log says where the logs of a run folder are now; give a run folder, and no LOG")
     record, note = (None, "") if paths or path is None else _own_logs(Path(path), moved)
+    if paths:
+        record = RunRecord(paths, reading, found.vehicle, DiscoverySettings())
     if mass_margin(found.vehicle) <= 0.0:  # a log prepared for a mass that cannot be tells nothing
-        paths, record, note = [], None, "Judged without a log: nothing means anything without a positive mass."
+        record, note = None, "Judged without a log: nothing means anything without a positive mass."
     motions: tuple[Motion, ...] = ()
     commands = None
-    if paths or record is not None:
-        inputs = read_inputs(
-            paths if record is None else record.logs,
-            found.vehicle if record is None else record.vehicle,
-            # Only the speeds are wanted, and no thruster is judged.
-            replace(reading if record is None else record.reading, as_is=True),
-            judge=FOLDS if record is not None and record.folds else "all",
-            progress=progress,
-        )
-        if record is not None and record.folds:
+    if record is not None:
+        reading = replace(record.reading, as_is=True)  # only the speeds are wanted, and no thruster is judged
+        judge = FOLDS if record.folds else "all"
+        inputs = read_inputs(record.logs, record.vehicle, reading, judge=judge, progress=progress)
+        if record.folds:
             inputs = inputs.in_folds([one.fold(list(inputs.starts)) for one in record.folds])
         motions = inputs.parts.judged.motions
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"

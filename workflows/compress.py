@@ -64,19 +64,13 @@ def compress(
 
 
 def _of_one(motions: Sequence[Motion], vehicle: Vehicle, degree: int, digest: str) -> Factors:
-    weak = DiscoverySettings().weak
-    parts = [
-        term_factors(WeakForm(piece, _settings(piece, weak)), vehicle, degree, (digest,))
-        for piece in in_pieces(motions, weak)
-    ]
+    weak, parts = DiscoverySettings().weak, []
+    for piece in in_pieces(motions, weak):
+        blocks = max(4, round(sum(motion.duration for motion in piece) / _BLOCK))  # of one length in time
+        settings = replace(weak, blocks=blocks, copies=0)  # what sensor noise adds is asked by nobody here
+        parts.append(term_factors(WeakForm(piece, settings), vehicle, degree, (digest,)))
     r, rows = np.concatenate([part.r for part in parts]), np.concatenate([part.rows for part in parts])
     return replace(parts[0], r=r, rows=rows, log=np.zeros(rows.size, dtype=int))
-
-
-def _settings(piece: Sequence[Motion], weak: WeakSettings) -> WeakSettings:
-    """Blocks of one length in time; what sensor noise adds is asked by nobody here."""
-    blocks = max(4, round(sum(motion.duration for motion in piece) / _BLOCK))
-    return replace(weak, blocks=blocks, copies=0)
 
 
 def in_pieces(motions: Sequence[Motion], weak: WeakSettings) -> Iterator[list[Motion]]:

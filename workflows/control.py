@@ -163,10 +163,8 @@ def _named(models: Sequence[Model]) -> list[Model]:
 
 
 def _check_thrusters(boat: Vehicle, models: Sequence[Model]) -> None:
-    wanted = [t.channel for t in boat.thrusters]
+    wanted = " ".join(t.channel for t in boat.thrusters)
     for model in models:
-        found = [t.channel for t in model.vehicle.thrusters]
+        found = " ".join(t.channel for t in model.vehicle.thrusters)
         if found != wanted:
-            raise RequestError(
-                f"model {model.name}: expected the true boat's thrusters, {' '.join(wanted)}, got {' '.join(found)}"
-            )
+            raise RequestError(f"model {model.name}: expected the true boat's thrusters, {wanted}, got {found}")

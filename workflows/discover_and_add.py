@@ -7,15 +7,8 @@ from types import NoneType
 
 import numpy as np
 
-from ..comparison.comparison import (
-    Judged,
-    band_of,
-    comparison,
-    judge_all,
-    reference_models,
-    score_step,
-    where_ends_fail,
-)
+from ..comparison import comparison as comparing
+from ..comparison.comparison import Judged, comparison, judge_all
 from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
 from ..comparison.recommendation import shares_of_error
 from ..discovery.add_effects import add_effects
@@ -190,7 +183,7 @@ def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> Refe
     basis : what judges the discovery
     folds : parts of the logs without each of which the calibrated model is fitted too
     """
-    models, notes = reference_models(inputs, basis=basis, folds=folds)
+    models, notes = comparing.reference_models(inputs, basis=basis, folds=folds)
     return judge_all(models, inputs.parts), notes
 
 
@@ -229,9 +222,9 @@ def assess(
         return judge_all(corrects, inputs.parts), evaluate_all(there, inputs.parts.judged)
 
     with run_in_fork(apart) as judged_apart:
-        band = band_of(models[-1], inputs.parts)
+        band = comparing.band_of(models[-1], inputs.parts)
         table = series(models[0], models[-1], inputs.parts, inputs.channels, band)
-        fails = where_ends_fail(table, models[0], last, inputs.parts)
+        fails = comparing.where_ends_fail(table, models[0], last, inputs.parts)
         errors = dict(zip(here, evaluate_all(here, inputs.parts.judged), strict=True))
         own, found_there = judged_apart()
     errors |= zip(there, found_there, strict=True)
@@ -251,7 +244,7 @@ def assess(
     errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
     scored = [errors[model] for model in models]
     told = zip(found.steps, scored, (None, *scored[:-1]), strict=True)
-    scored_steps = [score_step(now, *_added(label), earlier) for (label, _), now, earlier in told]
+    scored_steps = [comparing.score_step(now, *_added(label), earlier) for (label, _), now, earlier in told]
     steps = (scored_steps[0], *(_with_models(step, found, k) for k, step in enumerate(scored_steps[1:], start=1)))
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
@@ -309,9 +302,7 @@ def _predicts_better(
     every = (*adding_nothing, corrected)
     shares = np.sqrt(shares_of_error([judged.errors for judged in every], motion)).tolist()
     least = min(shares[:-1])
-    stands = (
-        shares[-1] <= least + MATERIAL if named else shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
-    )
+    stands = shares[-1] <= least + (MATERIAL if named else -MATERIAL) and (named or not _breaks(corrected, nominal))
     return None if stands else adding_nothing[shares.index(least)]
 
 
@@ -326,9 +317,7 @@ def _shows_places(model: Judged, guesses: Sequence[Judged]) -> bool:
 
 def _breaks(model: Judged, nominal: Judged) -> set[str]:
     """The laws that a model breaks and the nominal one keeps."""
-    broken, known = (
-        {ruling.law for ruling in one.audit.violations} if one.audit else set() for one in (model, nominal)
-    )
+    broken, known = ({r.law for r in one.audit.violations} if one.audit else set() for one in (model, nominal))
     return broken - known
 
 
@@ -336,12 +325,10 @@ def _writing(found: Discovery, better: Judged) -> Discovery:
     """The same discovery that writes another model."""
     model = better.model
     assert isinstance(model, VehicleModel), "the nominal and the calibrated model are vehicles"
-    if model.vehicle == found.nominal:
-        return found.writing(
-            model.vehicle, why="On rows that it did not see, the nominal model predicts as well or better."
-        )
-    why = "On rows that it did not see, the file's model with its own numbers fitted predicts as well or better."
-    return found.writing(model.vehicle, [vehicle for _, vehicle in model.without_folds], why)
+    nominal = model.vehicle == found.nominal
+    what = "nominal model" if nominal else "file's model with its own numbers fitted"
+    why = f"On rows that it did not see, the {what} predicts as well or better."
+    return found.writing(model.vehicle, () if nominal else [vehicle for _, vehicle in model.without_folds], why)
 
 
 def _split_of(inputs: Inputs, found: Discovery) -> str:
@@ -401,10 +388,10 @@ def _models(found: Discovery, folds: Sequence[Fold]) -> list[VehicleModel]:
     """The vehicle after each step as a model: nominal, the ones between, corrected, with those that saw no fold."""
     last = len(found.steps) - 1
     terms = [term for c in found.findings.candidates for term in c.terms if term.in_model is not None]
+    fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
     models = [VehicleModel(found.nominal, "nominal", "physics")]
     for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
         apart = tuple(zip(folds, found.unseen.steps[k - 1], strict=True)) if folds else ()
-        fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
         name, size = (CORRECTED, fitted) if k == last else (f"+ {label}", 0)
         models.append(VehicleModel(vehicle, name, "symbolic", size, unseen=apart))
     return models

@@ -193,16 +193,11 @@ def _numbers(
         if not seen or all(value == parameter.null for value in values_of(vehicle, symbol)):
             continue
         ends = " to ".join(number(end) for end in intervals.get(symbol, ()))
-        source = one_line(str(sources.pop(symbol, "")))
-        found.append(
-            KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source, sure.get(symbol, ""))
-        )
+        source, size = one_line(str(sources.pop(symbol, ""))), amount(vehicle, symbol, 9, parameter.unit)
+        found.append(KnownNumber(symbol, size, ends, source, sure.get(symbol, "")))
     for thruster in vehicle.thrusters:
-        place = (
-            "of the whole vessel"
-            if thruster.command == "tau"
-            else f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
-        )
+        place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
+        place = "of the whole vessel" if thruster.command == "tau" else place
         notes.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")
     whole = sources.pop(ALL, None)
     rest = ([("source", whole)] if whole else []) + [(f"source of {key}", text) for key, text in sources.items()]

@@ -81,13 +81,9 @@ def refuse_broken_logs(
 def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> list[str]:
     """What is likely wrong with the thrusters' places; or a warning where none shows in the logs."""
     known = together or [finding for inspection in inspections for finding in inspection.quality]
-    likely = likely_misplaced(known)
-    if likely:
-        return likely
     told = [finding for finding in known if finding.check in _PLACES]
-    if not told or any(finding.verdict != "cannot tell" or finding.parts for finding in told):
-        return []
-    return [UNPROVEN]
+    unproven = told and not any(finding.verdict != "cannot tell" or finding.parts for finding in told)
+    return likely_misplaced(known) or ([UNPROVEN] if unproven else [])
 
 
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
@@ -110,14 +106,11 @@ def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehi
     together : findings on all logs together
     vehicle : for which the logs were prepared
     """
-    known = [f for f in together if _matters(f, vehicle)]
-    name = "all logs together"
-    told = [_sentence(name, f) for f in known]
-    same = {(f.check, f.channels) for f in known}
-    for inspection in inspections:
-        own = [f for f in inspection.quality if _matters(f, vehicle) and (f.check, f.channels) not in same]
-        told += [_sentence(Path(inspection.path).name, f) for f in own]
-    return told
+    known = [("all logs together", f) for f in together if _matters(f, vehicle)]
+    same = {(f.check, f.channels) for _, f in known}
+    own = [(Path(one.path).name, f) for one in inspections for f in one.quality if _matters(f, vehicle)]
+    own = [(name, f) for name, f in own if (f.check, f.channels) not in same]
+    return [_sentence(name, f) for name, f in (*known, *own)]
 
 
 def _sentence(name: str, finding: Finding) -> str:
@@ -215,8 +208,11 @@ def read_in_steps(
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     found, told = find_logs(paths) if paths or not ready else ([], ())
     names = tuple(_utf8(path) for path in found)
-    if ready:
-        _check_names([*names, *(str(log.path) for log in ready)])
+    called = [*names, *(str(log.path) for log in ready)]
+    if ready and (twice := sorted({name for name in called if called.count(name) > 1})):
+        raise RequestError(
+            f"two logs are called {twice[0]!r}; give each a name: Log.from_dataframe(..., name='monday')"
+        )
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     told_bytes = megabytes(progress)
@@ -305,34 +301,18 @@ def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED)
 def _sensors(logs: Iterable[Log], data: DataSet) -> dict[str, Kinematics]:
     """What the records of each log say of its sensors, by the source of its motions."""
     channels = {str(log.path): log.channels for log in logs}
-    sources = dict.fromkeys(motion.source for motion in data.motions)
-    return {
-        source: kinematics_of(
-            [m for m in data.motions if m.source == source],
-            channels.get(source, {}),
-            longest_row(channels.get(source, {})),
-        )
-        for source in sources
-    }
+    found = {}
+    for source in dict.fromkeys(motion.source for motion in data.motions):
+        own, motions = channels.get(source, {}), [m for m in data.motions if m.source == source]
+        found[source] = kinematics_of(motions, own, longest_row(own))
+    return found
 
 
 def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:
     """What the sensors of the logs do wrong, and that it is mended."""
-    names = {source: f"{Path(source).name}: " if len(sensors) > 1 else "" for source in sorted(sensors)}
-    return [
-        f"{name}{sentence}; what follows is corrected for it"
-        for source, name in names.items()
-        for sentence in sensors[source].sentences.values()
-    ]
-
-
-def _check_names(names: Sequence[str]) -> None:
-    """Refuse logs in memory that could not be told apart."""
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise RequestError(
-            f"two logs are called {twice[0]!r}; give each a name: Log.from_dataframe(..., name='monday')"
-        )
+    told = [(source, text) for source, found in sorted(sensors.items()) for text in found.sentences.values()]
+    names = {source: f"{Path(source).name}: " if len(sensors) > 1 else "" for source in sensors}
+    return [f"{names[source]}{text}; what follows is corrected for it" for source, text in told]
 
 
 def _utf8(path: PathLike) -> str:
@@ -345,11 +325,6 @@ def _utf8(path: PathLike) -> str:
     return text
 
 
-def _is_biased(finding: Finding) -> bool:
-    """True when the thrusters stand still elsewhere than where the vehicle's curves say."""
-    return finding.check == "neutral" and finding.verdict == "warning"
-
-
 def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], list[str]]:
     """What is wrong or out of step in a log, and which records contradict each other where it is taken as it is.
 
@@ -358,9 +333,11 @@ def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], li
     LogError
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
-    name, broken = Path(inspection.path).name, []
-    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.reach is Reach.SECONDS) or _is_biased(f)]
-    notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
+    name, broken, notes = Path(inspection.path).name, [], []
+    for finding in inspection.quality:
+        biased = finding.check == "neutral" and finding.verdict == "warning"  # where thrusters stand still
+        if biased or (finding.verdict == "defect" and finding.reach is Reach.SECONDS):
+            notes.append(f"{name}: {finding.sentence}; see 'undertow inspect'")
     for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < -LEAST_CORRELATION:
             if not as_is:

@@ -52,13 +52,11 @@ def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
         when a folder or a pattern holds none.
     """
     names, notes = find_logs(paths)
-    found = [Path(name) for name in names]
-    seen = set()
-    for path in found:
-        if path.resolve() in seen:
+    found: dict[Path, Path] = {}
+    for path in map(Path, names):
+        if found.setdefault(path.resolve(), path) is not path:
             raise RequestError(f"{path} is given twice; its evidence would count twice. Give it once.")
-        seen.add(path.resolve())
-    return found, notes
+    return list(found.values()), notes
 
 
 @showing
@@ -257,11 +255,10 @@ def init(
     known = hull or Hull()
     first = read[0].name if len(read) == 1 else f"{len(read)} logs"
     called = name or (f"{base.name}, from {first}" if base else f"boat of {Path(first.removesuffix('.gz')).stem}")
-    vehicle = (
-        on_typical_hull(records, thrusters, known, called)
-        if base is None
-        else like_another(base, thrusters, known, called)
-    )
+    if base is None:
+        vehicle = on_typical_hull(records, thrusters, known, called)
+    else:
+        vehicle = like_another(base, thrusters, known, called)
     still = idle_commands(records)
     entries = _entries(read[0], thrusters, still)
     unused = (*read[0].unused, *(read[0].channels[name].origin for name in still))
@@ -282,8 +279,7 @@ def _with_astern(records: Sequence[Record], thrusters: list[DetectedThruster]) -
     told = weighed(ahead / back, float(np.hypot(error / ahead, other / back)), 1.0, _UNLIKE)
     if told is None:
         return thrusters, False
-    ratio = told[0]
-    return [one if one.shaped else one.unlike(float(f"{ratio:.3g}")) for one in thrusters], True
+    return [one if one.shaped else one.unlike(float(f"{told[0]:.3g}")) for one in thrusters], True
 
 
 def _moving(log: Log, examined: Examination) -> Record:
@@ -346,34 +342,28 @@ def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
                 f"{log.path}: no thruster command is recognised in this log; expected one command a thruster. Name "
                 f"them in a channel map, for example {lines}, and give it with --map. Not used so far: {listed}"
             )
-    common = set.intersection(*(set(record.commands) for record in records))
-    if not common:
+    if not set.intersection(*(set(record.commands) for record in records)):
         raise LogError("init: the logs have no thruster command in common; give logs of one boat")
 
 
 def _entries(log: Log, thrusters: Sequence[DetectedThruster], still: Sequence[str]) -> dict[str, Entry | None]:
     """The channel map of the log, with its commands called and turned as the vehicle has them."""
     entries = {**log.entries, **dict.fromkeys(still)}
-    moved = {one.channel: (one, found) for one in thrusters if (found := entries.get(one.read_as)) is not None}
-    for one, _ in moved.values():
+    moved = [(one, entry) for one in thrusters if (entry := entries.get(one.read_as)) is not None]
+    for one, _ in moved:
         del entries[one.read_as]
-    for channel, (one, entry) in moved.items():
-        entries[channel] = turned(entry, one.output.neutral) if one.turned else entry
-    return entries
+    return entries | {one.channel: turned(entry, one.output.neutral) if one.turned else entry for one, entry in moved}
 
 
 def _doubts(thrusters: Sequence[DetectedThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
-    found, sided = [], [one for one in thrusters if one.kind != "tau"]
-    if len(sided) > 1 and not any(one.side for one in sided):
-        found.append(Doubt.SIDES)
-    elif len(sided) > 1 and not all(one.by_log for one in sided):
-        found.append(Doubt.SIGNS)
-    if not all(one.rested for one in thrusters):
-        found.append(Doubt.NEUTRAL)
-    if not astern:
-        found.append(Doubt.ASTERN)
-    if hull.length is None and not like:
-        found.append(Doubt.LENGTH)
-    if hull.mass is None and not like:
-        found.append(Doubt.MASS)
-    return tuple(found)
+    sided = [one for one in thrusters if one.kind != "tau"]
+    named = any(one.side for one in sided)
+    doubtful = {
+        Doubt.SIDES: len(sided) > 1 and not named,
+        Doubt.SIGNS: len(sided) > 1 and named and not all(one.by_log for one in sided),
+        Doubt.NEUTRAL: not all(one.rested for one in thrusters),
+        Doubt.ASTERN: not astern,
+        Doubt.LENGTH: hull.length is None and not like,
+        Doubt.MASS: hull.mass is None and not like,
+    }
+    return tuple(doubt for doubt, is_so in doubtful.items() if is_so)

@@ -136,10 +136,8 @@ class LogView:
         steps = min(round(_AHEAD / motion.time_step), motion.time.size - 1 - row)
         if steps < 1:
             raise RequestError("there is no measurement after this place; choose one before it")
-        ways = [
-            rollout(vehicle, motion, np.array([row]), steps).states[0, :, :2]
-            for vehicle in (self.inputs.vehicle, after)
-        ]
+        pair = (self.inputs.vehicle, after)
+        ways = [rollout(vehicle, motion, np.array([row]), steps).states[0, :, :2] for vehicle in pair]
         clock = time + motion.time_step * np.arange(steps + 1, dtype=float)
         return Way(clock, motion.position[row : row + steps + 1], *ways)
 
@@ -153,12 +151,10 @@ class Rows:
         clock, ends, shift, log = [], [], 0.0, None
         for stretch in along:
             time, step = stretch.motion.time, stretch.motion.time_step
+            broken = bool(clock) and (stretch.log != log or time[0] + shift - clock[-1][-1] > _GAP * step)
             if stretch.log != log:
-                last = clock[-1][-1] if clock else -step
-                shift, log = float(last + step - time[0]) if clock else -float(time[0]), stretch.log
-                broken = bool(clock)
-            else:
-                broken = bool(time[0] + shift - clock[-1][-1] > _GAP * step)
+                shift = float(clock[-1][-1] + step - time[0]) if clock else -float(time[0])
+            log = stretch.log
             self._offsets.append(shift)
             if broken:
                 ends.append(sum(part.size for part in clock))
@@ -193,11 +189,9 @@ class Rows:
         anew = [np.arange(s.motion.time.size) % round(RESTART / s.motion.time_step) == 0 for s in self._along]
         time = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3)
         found = {"time": time, "anew": self.spread(np.concatenate(anew))}
-        parts = [
-            np.column_stack([s.motion.position, s.motion.heading, s.motion.velocity, accelerations(s.motion)])
-            for s in self._along
-        ]
-        whole, commands = np.concatenate(parts), np.concatenate([s.motion.commands for s in self._along])
+        motions = [s.motion for s in self._along]
+        parts = [np.column_stack([m.position, m.heading, m.velocity, accelerations(m)]) for m in motions]
+        whole, commands = np.concatenate(parts), np.concatenate([m.commands for m in motions])
         names = (*_STATES, "u_dot", "v_dot", "r_dot")
         found |= {name: self.spread(whole[:, k]) for k, name in enumerate(names)}
         return found | {name: self.spread(commands[:, k]) for k, name in enumerate(channels)}
@@ -257,9 +251,8 @@ def rows_that_judge(logs: Sequence[tuple[str, str]], fitted: Sequence[str], nomi
     if found.same:
         return f"The model was fitted to {listing(list(found.same))}: its errors are too small there."
     if found.alike:
-        return (
-            f"The vehicle file may have been fitted to {listing(list(found.alike))}: its errors may be too small there."
-        )
+        names = listing(list(found.alike))
+        return f"The vehicle file may have been fitted to {names}: its errors may be too small there."
     return UNSEEN
 
 
@@ -286,14 +279,13 @@ def form_of(vehicle: Vehicle, wires: Sequence[Wire]) -> Form:
     """The numbers of a vehicle that are set or may be missing, and its thrusters with what drives them."""
     meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
     beyond = {s for effect in EFFECTS if lacking(vehicle, effect) for s in effect.symbols}
-    fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
+    told = list(_RIGID_BODY)
     for symbol, value in vehicle.values.items():
-        if symbol in _APART or symbol in beyond:
-            continue
         parameter = vehicle.parameter(symbol)
-        if value != parameter.null or parameter.section in _ALWAYS:
-            named = meant.get(symbol, words(symbol))
-            fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
+        shown = value != parameter.null or parameter.section in _ALWAYS
+        if shown and symbol not in _APART and symbol not in beyond:
+            told.append((symbol, meant.get(symbol, words(symbol)), unit_text(parameter.unit)))
+    fields = [Field(s, what, unit, vehicle.value(s), _source(vehicle, s)) for s, what, unit in told]
     thrust = assumed(vehicle).get("thrust_scale")
     if thrust and not any(field.symbol == "thrust_scale" for field in fields):
         value = vehicle.value("thrust_scale")
@@ -311,12 +303,11 @@ def assumed_of(vehicle: Vehicle, *, placed: bool = False) -> tuple[Assumed, ...]
     """
     found: dict[str, Assumed] = {}
     for symbol, source in assumed(vehicle).items():
-        if placed and symbol == "arm_scale":
-            continue
-        what = _ELSE.get(symbol) or words(_section(vehicle, symbol))
-        found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), how_sure(source))
-    order = {what: k for k, what in enumerate(_ELSE.values())}
-    return tuple(sorted(found.values(), key=lambda one: order.get(one.what, len(order))))
+        if not (placed and symbol == "arm_scale"):
+            what = _ELSE.get(symbol) or words(_section(vehicle, symbol))
+            found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), how_sure(source))
+    order = list(_ELSE.values())
+    return tuple(sorted(found.values(), key=lambda one: [*order, one.what].index(one.what)))
 
 
 def _source(vehicle: Vehicle, symbol: str) -> str:

@@ -55,14 +55,8 @@ class PlannedDrive(Record):
     @classmethod
     def of(cls, driven: Driven) -> "PlannedDrive":
         """Record of a manoeuvre as the models drove it."""
-        return cls(
-            words=driven.trial.words,
-            seconds=driven.seconds,
-            gains=driven.gains,
-            probability=driven.probability,
-            reach=driven.reach,
-            speed=driven.speed,
-        )
+        same = {name: getattr(driven, name) for name in cls.model_fields if name != "words"}
+        return cls(words=driven.trial.words, **same)
 
 
 class PlanRecord(Record):
@@ -308,11 +302,10 @@ def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
     target = check_mission_target(out, plan.reads, force=force)
 
     def build(work: Path) -> list[str]:
-        digests = {}
-        for form in forms_of(plan.mission):
-            text = form.content(plan.mission)
-            write_text(work / form.name, text)
-            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
+        texts = {form.name: form.content(plan.mission) for form in forms_of(plan.mission)}
+        for name, text in texts.items():
+            write_text(work / name, text)
+        digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
         write_json(work / RECORD, plan.record.but(files=digests).to_dict())
         return [*digests, RECORD]
 

@@ -144,11 +144,9 @@ class Workbench:
                 f"no run is made of a log whose sensors are not corrected ({listing([words(e) for e in stand.left])}); "
                 "take model.yaml, which was fitted to it, or add the correction again"
             )
-        if self._is_found(names):
-            return ""
-        if not names:
+        if not names and self._found is None:
             return "nothing was searched and no effect is added, so there is no run; search first, or add an effect"
-        if names == (OWN_NUMBERS,):
+        if names == (OWN_NUMBERS,) and not self._is_found(names):
             return (
                 "the model's own numbers alone are no run of effects; take model.yaml, which has them as they are, or "
                 "add an effect beside them"

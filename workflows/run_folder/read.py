@@ -3,6 +3,7 @@
 import hashlib
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -94,7 +95,7 @@ class RunRecord:
     findings : what it found; None where its findings are not there
     """
 
-    logs: list[str]
+    logs: Sequence[PathLike]
     reading: Reading
     vehicle: Vehicle
     settings: DiscoverySettings
@@ -297,12 +298,11 @@ def _series(content: bytes, path: Path, remedy: str) -> "pd.DataFrame":
         raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {remedy}")
     if series.empty:
         raise RequestError(f"{path} has no rows; {remedy}")
-    numeric = series.drop(columns="part")
-    broken = [
-        name
-        for name, values in numeric.items()
-        if not (pd.api.types.is_numeric_dtype(values) and (values.abs().fillna(0) < LARGEST).all())
-    ]
+
+    def sound(values: pd.Series) -> bool:
+        return pd.api.types.is_numeric_dtype(values) and bool((values.abs().fillna(0) < LARGEST).all())
+
+    broken = [name for name, values in series.drop(columns="part").items() if not sound(values)]
     if broken:
         raise RequestError(f"{path}: expected numbers in the column {listed(broken)}; {remedy}")
     return series
@@ -362,12 +362,12 @@ def _found(folder: Path, nominal: Vehicle) -> Findings | None:
     path = folder / "findings.json"
     try:
         result = read_findings(read_bytes(path, MOST_TEXT), path)
-    except (OSError, ValueError, RequestError):
+    except (OSError, ValueError):
         return None
     if not result.steps or not result.steps[-1].values:
         return result
     try:
         values = values_of_step(load_vehicle(folder / "model.yaml"), nominal)
-    except (OSError, ValueError, RequestError, VehicleError):
+    except (OSError, ValueError):
         return result  # with the digits of findings.json
     return result.but(steps=(*result.steps[:-1], result.steps[-1].but(values=values)))

@@ -10,6 +10,7 @@ import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +28,8 @@ COMPARE = "compare"
 """The `verb` in the `run.json` of a comparison; that of a run has none."""
 RUN_SCHEMA = "undertow.run/1"
 RECORD, PAGE, PDF = "run.json", "report.html", "report.pdf"
-_SCHEMAS = {
-    "findings.json": "findings",
-    "comparison.json": "comparison",
-    "audit.json": "audit",
-    "inspection.json": "inspections",
-    "standardisation.json": "standardisation",
-    RECORD: "run",
-}
+_SCHEMAS = {f"{name}.json": name for name in ("findings", "comparison", "audit")}
+_SCHEMAS |= {"inspection.json": "inspections", "standardisation.json": "standardisation", RECORD: "run"}
 _VERSIONS = ("1", "2")
 VIEWED = ("series.mcap", "series.foxglove.json", "series.plotjuggler.xml")
 """For viewers: a series, and how each shows it."""
@@ -196,10 +191,9 @@ def check_targets(
         this verb, or cannot be written.
     """
     wanted = [(option, kind, path) for option, kind, path in targets if path is not None]
-    for k, (option, _, path) in enumerate(wanted):
-        for other, _, earlier in wanted[:k]:
-            if same_place(path, earlier) and not is_device(path):
-                raise RequestError(f"{option} {path} is the file of {other}, too; give each a name of its own")
+    for (other, _, earlier), (option, _, path) in combinations(wanted, 2):
+        if same_place(path, earlier) and not is_device(path):
+            raise RequestError(f"{option} {path} is the file of {other}, too; give each a name of its own")
     inputs = list(inputs_of(reads)) if wanted else []
     for option, kind, path in wanted:
         _check(option, kind, path, inputs, force)
@@ -329,8 +323,8 @@ def _inputs(name: str) -> Iterator[Path]:
     else:
         yield path
         with suppress(LogError, OSError):
-            for log in find_logs([name])[0]:
-                yield from (p for p in Path(log).rglob("*") if p.is_file()) if Path(log).is_dir() else (Path(log),)
+            for log in map(Path, find_logs([name])[0]):
+                yield from (p for p in log.rglob("*") if p.is_file()) if log.is_dir() else (log,)
 
 
 def _of_run(folder: Path) -> Iterator[Path]:

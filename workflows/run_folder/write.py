@@ -138,15 +138,15 @@ def write_run(
 
 
 def _write_files(run: Run, folder: Path, called: Callable[[str], str]) -> None:
-    write_json(folder / "findings.json", run.findings.to_dict())
-    write_json(folder / "comparison.json", run.comparison.to_dict())
-    write_json(folder / "audit.json", run.audit.to_dict())
+    inspections = Inspections(logs=run.inputs.inspections)
+    records = {"findings": run.findings, "comparison": run.comparison, "audit": run.audit, "inspection": inspections}
+    for name, record in records.items():
+        write_json(folder / f"{name}.json", record.to_dict())
     run.discovery.nominal.save(folder / "nominal.yaml")
     run.discovery.corrected.save(folder / "model.yaml")
     with writing(folder / "series.csv") as stream:
         run.table.write(stream)
     Standardisation.fit(run.inputs.parts.known).write(folder / "standardisation.json")
-    write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
     for name in _NAMING:
         text = (folder / name).read_text("utf-8")
         if called(text) != text:
@@ -188,24 +188,19 @@ def write_comparison(
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
     """What the run was made from, as `run.json` has it."""
-    reading, judge = run.inputs.reading, run.inputs.parts.judge
-    mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
-    there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in run.inputs.paths]
-    refit = bool(run.settings.refit)
+    made, refit, seed = _made_from(run.inputs, target), bool(run.settings.refit), run.settings.seed
+    seen = made["from_run"]
+    reading = replace(run.inputs.reading, channel_map=seen["channel_map"])
     told = None if refit == holds_guesses(run.discovery.nominal) else refit
-    return {
-        **_made_from(run.inputs, target),
-        "seed": run.settings.seed,
-        "refit": refit,
-        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=told, judge=judge),
-    }
+    again = command(run.verb, seen["logs"], reading, seed=seed, refit=told, judge=run.inputs.parts.judge)
+    return {**made, "seed": seed, "refit": refit, "command": again}
 
 
 def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
     """The logs of a folder, how they were read and which rows judged, as `run.json` has it."""
     paths, reading = list(inputs.paths), inputs.reading
-    # A log in memory has no file whose content could be known again.
     mapped = None if reading.channel_map is None else os.fspath(reading.channel_map)
+    # A log in memory has no file whose content could be known again.
     known = [digest if Path(path).exists() else None for path, digest in zip(paths, inputs.digests, strict=True)]
     return {
         "schema": RUN_SCHEMA,
@@ -228,12 +223,10 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Cal
         return
     found, parts = run.discovery, run.inputs.parts
     forces = step_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
-    told = (
-        Prediction("before", found.nominal, run.table, "before"),
-        Prediction("after", found.corrected, run.table, "after", forces),
-    )
+    before = Prediction("before", found.nominal, run.table, "before")
+    after = Prediction("after", found.corrected, run.table, "after", forces)
     pace = Pace(progress, f"rows of {path.name}").told
-    write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace, called)
+    write_series(path, (before, after), run.inputs.channels, parts, run.inputs.starts, pace, called)
     logs = sorted(set(run.table["log"].tolist()))
     write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
 
