@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..measurements.log_options import Reading
-from .console import complain, prose, say, tell_replaced
-from .options import FORCE, JSON, SEED, UNREPAIRED_READING, VEHICLE, VEHICLE_OUT, argument, earlier_files, option
+from .console import complain, prose, say, say_written, tell_replaced
+from .options import FORCE, JSON, SEED, UNREPAIRED_READING, VEHICLE, VEHICLE_OUT, argument, check_files, option
 
 if TYPE_CHECKING:
     from ..discovery.calibration.following import Update
@@ -45,7 +45,7 @@ def adapt(
     settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
     boat = load_vehicle(vehicle)
     targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
-    earlier = earlier_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
+    earlier = check_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
     screen: _Screen | None = None
     stopped: KeyboardInterrupt | LogError | None = None
     try:
@@ -96,12 +96,11 @@ class _Screen:
 
         self.last, self._updates = update, self._updates + 1
         self._excited += update.excited
-        due = update.time >= self._next
+        due, alarm = update.time >= self._next, update.alarm
         if due:
             self._next = self._every * (update.time // self._every + 1.0)
-        if self._keeps and due:
-            self._rows.append(table_row(update))
-        alarm = update.alarm
+            if self._keeps:
+                self._rows.append(table_row(update))
         if self._json and (due or alarm):
             print(strict_json(followed_row(update, self._begun.symbols), None), flush=True)
         elif not self._json:
@@ -134,5 +133,4 @@ class _Screen:
         ends = "no alarm" if not self._alarms else f"{self._alarms} alarm{'s' * (self._alarms > 1)}"
         say(f"{self._updates} updates, {self._excited} of them under way; {ends}.")
         say("No vehicle is written without --out." if out is None else f"Vehicle as it was followed: {out}")
-        if values is not None:
-            say(f"Values: {values}")
+        say_written({"Values": values})

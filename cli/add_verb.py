@@ -6,7 +6,7 @@ from pathlib import Path
 from ..measurements.log_options import Reading
 from ..physics.effects import EFFECTS
 from .console import print_json, progress, prose, say, show, show_calibrated, show_steps, tell_replaced, warn
-from .options import FORCE, JSON, READING, RUN_LOGS, VEHICLE_OUT, argument, earlier_files, option, read_logs
+from .options import FORCE, JSON, READING, RUN_LOGS, VEHICLE_OUT, argument, check_files, option, read_logs
 
 
 def catalogue() -> str:
@@ -44,7 +44,7 @@ def add(
     if run is None and log:
         raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
     read = (run, effects if run is None else (), vehicle, reading.channel_map, log)
-    earlier = earlier_files((("--out", "add", out),), read, force=force)
+    earlier = check_files((("--out", "add", out),), read, force=force)
     searched, judge = None, None
     if run is None:
         names, paths = _effects_then_logs(effects)

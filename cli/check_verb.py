@@ -5,8 +5,8 @@ from pathlib import Path
 import typer
 
 from ..measurements.log_options import Reading
-from .console import print_json, progress, prose, say, show, tell_replaced
-from .options import FORCE, JSON, PLAIN_READING, RUN_LOGS, SEED, argument, earlier_files, option
+from .console import print_json, progress, prose, say_written, show, tell_replaced
+from .options import FORCE, JSON, PLAIN_READING, RUN_LOGS, SEED, argument, check_files, option
 
 
 def check(
@@ -31,7 +31,7 @@ def check(
     from ..workflows.check_and_explain import check as judge
     from ..workflows.run_folder.moved_files import Moved
 
-    earlier = earlier_files((("--out", "check", out),), (model, logs, log, vehicle, reading.channel_map), force=force)
+    earlier = check_files((("--out", "check", out),), (model, logs, log, vehicle, reading.channel_map), force=force)
     moved = Moved(tuple(log or ()), None if logs else reading.channel_map)
     found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=progress)
     if out is not None:
@@ -45,7 +45,6 @@ def check(
 
         prose(headline(found), BAD if found.verdict == "fail" else GOOD)
         show(*audit_screen(found))
-        if out is not None:
-            say(f"Audit: {out}")
+        say_written({"Audit": out})
     if found.verdict == "fail":
         raise typer.Exit(1)

@@ -6,7 +6,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import print_json, prose, say, show, tell_replaced, warn
-from .options import FORCE, JSON, LOGS, READING, VEHICLE, earlier_files, named, option, read_logs
+from .options import FORCE, JSON, LOGS, READING, VEHICLE, check_files, named, option, read_logs
 
 
 def ci(
@@ -35,7 +35,7 @@ def ci(
         raise RequestError("ci: --margin belongs to --write-limits; leave it out, or edit the limits file")
     if as_json and write is not None:
         raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
-    earlier = earlier_files(
+    earlier = check_files(
         (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, reading.channel_map), force=force
     )
     wanted = None if limits is None else load_limits(limits)  # before the logs, which take long

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from ..measurements.log_options import Reading
-from .console import print_json, progress, say, show, tell_replaced, warn
-from .options import FORCE, JSON, LOGS, READING, VEHICLE, earlier_files, option, read_logs
+from .console import print_json, progress, say_written, show, tell_replaced, warn
+from .options import FORCE, JSON, LOGS, READING, VEHICLE, check_files, option, read_logs
 
 
 def compare(
@@ -31,7 +31,7 @@ def compare(
 
     targets = (("--out", "compare", out), ("--series", "compare --series", series))
     reads = (logs, vehicle, reading.channel_map, model)
-    earlier = earlier_files(targets, reads, force=force)
+    earlier = check_files(targets, reads, force=force)
     if page is not None:
         check_page(page, reads, force=force)
     inputs = read_logs(logs, vehicle, reading, judge)
@@ -42,22 +42,13 @@ def compare(
     if as_json:
         print_json(found.to_dict())
     else:
-        from ..reports.terminal.comparison_screen import (
-            best_text,
-            comparison_table,
-            failures_table,
-            notes_list,
-            structure_list,
-        )
+        from ..reports.terminal import comparison_screen as screen
         from ..reports.wording import models_sentence
 
         warn(found.warnings)
-        table = comparison_table(found.models, found.split, found.differences)
-        show(best_text(found), table, failures_table(found.failures, models_sentence(found.models, found.structure)))
-        show(structure_list(found.structure), notes_list(found))
-        if out is not None:
-            say(f"Comparison: {out}")
-        if page is not None:
-            say(f"Page: {page / 'report.html'}")
-        if series is not None:
-            say(f"Series for Foxglove and PlotJuggler: {series}")
+        failures = screen.failures_table(found.failures, models_sentence(found.models, found.structure))
+        table = screen.comparison_table(found.models, found.split, found.differences)
+        show(screen.best_text(found), table, failures)
+        show(screen.structure_list(found.structure), screen.notes_list(found))
+        report = None if page is None else page / "report.html"
+        say_written({"Comparison": out, "Page": report, "Series for Foxglove and PlotJuggler": series})

@@ -3,7 +3,7 @@
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
@@ -111,6 +111,13 @@ def say(text: str) -> None:
     """Print a line; what no terminal should be told is written as escapes."""
     progress.close()
     print(shortened(one_line(text)))
+
+
+def say_written(files: Mapping[str, Path | None]) -> None:
+    """Say which files were written, by what is in them; None stands for none."""
+    for what, path in files.items():
+        if path is not None:
+            say(f"{what}: {path}")
 
 
 def say_lines(text: str) -> None:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from .console import print_json, progress, say, show, tell_replaced
+from .console import print_json, progress, say, say_written, show, tell_replaced
 from .options import FORCE, JSON, SEED, argument, option
 
 
@@ -43,5 +43,4 @@ def control(
     hidden = ", ".join(done.record.hidden) or "nothing"
     say(f"True boat: {done.record.vehicle}; beside its file it has: {hidden}")
     show(control_tables(done.record))
-    if out is not None:
-        say(f"Figure: {out}")
+    say_written({"Figure": out})

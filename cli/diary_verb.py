@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from .console import print_json, prose, say, tell_replaced
-from .options import FORCE, JSON, SEED, argument, earlier_files, option
+from .options import FORCE, JSON, SEED, argument, check_files, option
 
 
 def diary(
@@ -22,7 +22,7 @@ def diary(
     from ..reports.hull_diary import boat_sentences, caution, in_telling_order, verdict
 
     settings = WatchSettings(budget, seed)
-    earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
+    earlier = check_files((("--out", "diary", out),), (fleet,), force=force)
     facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
     if out is not None:
         from ..reports.page.page import diary_page

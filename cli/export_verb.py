@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from .console import prose, say, tell_replaced
-from .options import FORCE, REQUIRED, argument, earlier_files, option
+from .options import FORCE, REQUIRED, argument, check_files, option
 
 
 def formats() -> str:
@@ -28,7 +28,7 @@ def export(
     from ..workflows.export import named_after
 
     target = out or named_after(model, to)
-    earlier = earlier_files((("--out", "export", target),), (model,), force=force)
+    earlier = check_files((("--out", "export", target),), (model,), force=force)
     done = write(model, to, target, Choices(time_step, gz, added_mass), force=force)
     tell_replaced(earlier)
     say(f"{to}: {', '.join(map(str, done.files))}")

@@ -4,19 +4,7 @@ from pathlib import Path
 
 from ..measurements.log_options import Reading
 from .console import print_json, progress, prose, say, show, show_steps, tell_replaced, warn
-from .options import (
-    FORCE,
-    JSON,
-    LOGS,
-    READING,
-    SEED,
-    VEHICLE,
-    VEHICLE_OUT,
-    earlier_files,
-    one_by_one,
-    option,
-    read_logs,
-)
+from .options import FORCE, JSON, LOGS, READING, SEED, VEHICLE, VEHICLE_OUT, check_files, one_by_one, option, read_logs
 
 
 def fit(
@@ -35,7 +23,7 @@ def fit(
     from ..reports.terminal import findings_screen as terminal
     from ..workflows.fit import fit as calibrate
 
-    earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, reading.channel_map), force=force)
+    earlier = check_files((("--out", "fit", out),), (logs, vehicle, reading.channel_map), force=force)
     inputs = read_logs(logs, vehicle, reading)
     done = calibrate(inputs, one_by_one(free), one_by_one(hold), DiscoverySettings(seed=seed), progress=progress)
     if out is not None:

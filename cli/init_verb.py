@@ -7,7 +7,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import progress, prose, say, show, tell_replaced
-from .options import FORCE, LOGS, UNREPAIRED_READING, earlier_files, named, option
+from .options import FORCE, LOGS, UNREPAIRED_READING, check_files, named, option
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
 """Files that are written unless an option names others."""
@@ -39,7 +39,7 @@ def init(
     from ..workflows.inspect_and_init import init as draft_of
 
     targets = (("--out", "init", out), ("--channels", "init --channels", channels_out))
-    earlier = earlier_files(targets, (logs, like, reading.channel_map), force=force)
+    earlier = check_files(targets, (logs, like, reading.channel_map), force=force)
     given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
     if like is None and _on_a_terminal():
         given = {name: _ask(name) if value is None else value for name, value in given.items()}
@@ -73,7 +73,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
         say(f"{text}.")
         if typer.confirm(f"Write {_VEHICLE} and {_CHANNELS} on a typical hull, and go on with them?", err=True):
             targets = (("--out", "init", _VEHICLE), ("--channels", "init --channels", _CHANNELS))
-            earlier = earlier_files(targets, (logs, reading.channel_map))
+            earlier = check_files(targets, (logs, reading.channel_map))
             draft.write(_VEHICLE, _CHANNELS)
             tell_replaced(earlier)
             return str(_VEHICLE), _CHANNELS

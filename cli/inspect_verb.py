@@ -6,7 +6,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import print_json, progress, say, say_lines, show, tell_replaced
-from .options import FORCE, JSON, PLAIN_READING, argument, earlier_files, option
+from .options import FORCE, JSON, PLAIN_READING, argument, check_files, option
 
 
 def inspect(
@@ -29,7 +29,7 @@ def inspect(
     from ..physics.vehicle import load_vehicle
     from ..workflows.inspect_and_init import look_over
 
-    earlier = earlier_files(
+    earlier = check_files(
         (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
         (logs, vehicle, reading.channel_map),
         force=force,

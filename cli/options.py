@@ -1,7 +1,7 @@
 """Options that the verbs share, how they read logs, and the examples below the options."""
 
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import wraps
 from inspect import Parameter, signature
 from pathlib import Path
@@ -13,7 +13,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from .console import failing_clearly, progress
 
 if TYPE_CHECKING:
-    from ..measurements.prepared_logs import Inputs
+    from ..measurements.prepared_logs import Inputs, PathLike
 
 
 _FEW = 3
@@ -72,12 +72,12 @@ def telling(verb: Callable[..., None]) -> Callable[..., None]:
 
     Where it has a parameter `reading`, the options of that stand in its place.
     """
-    parameters: list[Parameter] = []
-    fields: tuple[str, ...] = ()
-    for own in signature(verb).parameters.values():
-        fields = own.default if own.name == "reading" else fields
-        more = [(name, *_READING[name]) for name in fields] if own.name == "reading" else [(own.name, None, None)]
-        parameters += [own.replace(name=n, annotation=t, default=d) if t else own for n, t, d in more]
+    own, parameters = signature(verb).parameters, list[Parameter]()
+    fields: tuple[str, ...] = own["reading"].default if "reading" in own else ()
+    for one in own.values():
+        read = [(name, *_READING[name]) for name in fields]
+        whole = [one.replace(name=name, annotation=kind, default=given) for name, kind, given in read]
+        parameters += whole if one.name == "reading" else [one]
     parameters.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=QUIET, annotation=bool))
 
     @wraps(verb)
@@ -104,7 +104,7 @@ def one_by_one(given: list[str] | None) -> list[str]:
 
 
 def read_logs(
-    logs: list[Path] | list[str],
+    logs: Sequence["PathLike"],
     vehicle: Any,
     reading: Reading = AS_GUESSED,
     judge: str | None = None,
@@ -115,7 +115,7 @@ def read_logs(
     return read_inputs(logs, vehicle, reading, judge=judge, progress=progress)
 
 
-def logs_in_steps(logs: list[Path] | list[str], vehicle: Any, reading: Reading, judge: str | None) -> Iterator[Any]:
+def logs_in_steps(logs: Sequence["PathLike"], vehicle: Any, reading: Reading, judge: str | None) -> Iterator[Any]:
     """Logs prepared for a vehicle, and then what is wrong with them, with progress; see `read_in_steps`."""
     from ..workflows.inputs import read_in_steps
 
@@ -131,7 +131,7 @@ def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, f
     check_target(out, reads, report=report, force=force)
 
 
-def earlier_files(
+def check_files(
     targets: Iterable[tuple[str, str, Path | None]], reads: Iterable[Any], *, force: bool = False
 ) -> list[Path]:
     """Check the files to be written, each with its option and what writes it; give those that are there already."""

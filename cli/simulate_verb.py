@@ -4,7 +4,7 @@ from pathlib import Path
 
 from ..physics.effects import EFFECTS
 from .console import say, tell_replaced
-from .options import FORCE, REQUIRED, SEED, VEHICLE, earlier_files, option
+from .options import FORCE, REQUIRED, SEED, VEHICLE, check_files, option
 
 
 def amounts() -> str:
@@ -37,7 +37,7 @@ def simulate(
     from ..physics.worlds.hidden_effects import parse_effects
     from ..physics.worlds.world import check_ending, simulate_world
 
-    earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
+    earlier = check_files((("--out", "simulate", out),), (vehicle,), force=force)
     check_ending(out)
     hidden = parse_effects(effect or [])
     nominal = load_vehicle(vehicle)

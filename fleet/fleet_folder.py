@@ -1,6 +1,7 @@
 """The folder of a fleet, made, added to and joined: `fleet.json` lists the logs, `factors/KEY.npz` holds each."""
 
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import ClassVar
@@ -121,11 +122,10 @@ def write_index(folder: Path, index: FleetIndex) -> None:
 
 def own_fleet(folder: Path) -> Collection[str]:
     """Which files of a folder are those of a fleet."""
-    try:
+    with suppress(RequestError, OSError):
         read_index(folder)
-    except (RequestError, OSError):
-        return ()
-    return (INDEX, FACTORS)
+        return (INDEX, FACTORS)
+    return ()
 
 
 def existing_index(folder: Path) -> FleetIndex:
@@ -173,11 +173,10 @@ def read_hull_factors(folder: Path, key: str) -> HullFactors:
 
 def has_factors(folder: Path, key: str) -> bool:
     """True when the factors of a key are there, and whole."""
-    try:
+    with suppress(RequestError):
         read_hull_factors(folder, key)
-    except RequestError:
-        return False
-    return True
+        return True
+    return False
 
 
 def clear_factors(folder: Path, index: FleetIndex) -> None:

@@ -315,12 +315,10 @@ def date_in(name: str) -> float | None:
     (None, 1777803300.0)
     """
     found = _DATE.search(name)
-    if found is None:
-        return None
-    try:
-        return datetime(*(int(part or 0) for part in found.groups()), tzinfo=UTC).timestamp()  # type: ignore[misc]
-    except ValueError:
-        return None
+    with suppress(ValueError):
+        if found is not None:
+            return datetime(*(int(part or 0) for part in found.groups()), tzinfo=UTC).timestamp()  # type: ignore[misc]
+    return None
 
 
 def _said(source: LogSource) -> str:

@@ -8,7 +8,7 @@ deviations are those of Student's t.
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -79,7 +79,7 @@ def estimated(factors: HullFactors) -> Values:
     return _among(p, kept, factors.nominal[kept] + normal.change[~lost], normal.covariance[np.ix_(~lost, ~lost)])
 
 
-def _among(size: int, place: Sequence[int] | np.ndarray, values: Array, covariance: Array) -> Values:
+def _among(size: int, place: np.ndarray, values: Array, covariance: Array) -> Values:
     """Values of some of so many parameters, in their places among all."""
     every, spread = np.full(size, np.nan), np.full((size, size), np.nan)
     every[place], spread[np.ix_(place, place)] = values, covariance
@@ -248,7 +248,7 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
                 nominal.setdefault(name, Counter())[float(value)] += len(some)
     parameters = tuple(nominal)
     place = {name: k for k, name in enumerate(parameters)}
-    estimates = [_estimate(logs, [place[n] for n in names], found, len(place)) for logs, names, found in told]
+    estimates = [_estimate(logs, np.array([place[n] for n in names]), found, len(place)) for logs, names, found in told]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
     usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
     there = {log.log for log in index.logs}
@@ -279,7 +279,7 @@ def _added(folder: Path, logs: list[FleetLog]) -> Iterator[tuple[list[FleetLog],
         yield [log for log, _ in pairs], reduce(add, (factors for _, factors in pairs))
 
 
-def _estimate(logs: list[FleetLog], place: list[int], found: Values, size: int) -> HullEstimate:
+def _estimate(logs: list[FleetLog], place: np.ndarray, found: Values, size: int) -> HullEstimate:
     every = _among(size, place, found.values, found.covariance)
     hours = np.array([log.hours for log in logs])
     time = float(np.average([seconds_of(log.time) for log in logs], weights=hours))

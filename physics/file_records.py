@@ -17,17 +17,11 @@ _MOST_LETTERS = 60
 _EXPECTED = {
     "string_type": "a text",
     "float_type": "a number or null",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "tuple_type": "a list",
-    "list_type": "a list",
+    **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    **dict.fromkeys(("tuple_type", "list_type"), "a list"),
     "named_tuple_type": "a list of two numbers",
-    "model_type": "an object",
-    "model_attributes_type": "an object",
-    "dict_type": "an object",
-    "mapping_type": "an object",
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type", "mapping_type"), "an object"),
 }
 """What a field takes, in words, by the kind of pydantic's error."""
 
@@ -146,14 +140,8 @@ def _place(names: tuple[str | int, ...]) -> str:
     >>> _place(("candidates", 0, "terms"))
     'candidates[0].terms'
     """
-    text = ""
-    for name in names:
-        if isinstance(name, int):
-            text += f"[{name}]"
-            continue
-        short = name if len(name) <= _MOST_LETTERS else f"{name[:_MOST_LETTERS]}..."
-        text += f".{short}" if text else short
-    return text
+    short = (name if len(str(name)) <= _MOST_LETTERS else f"{str(name)[:_MOST_LETTERS]}..." for name in names)
+    return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in short).removeprefix(".")
 
 
 class DescribedEnum(Enum):

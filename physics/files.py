@@ -17,6 +17,7 @@ import stat
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +33,7 @@ _LONGEST = 200
 _STREAM = re.compile(r"/dev/(?:std(?P<name>in|out|err)|fd/(?P<number>\d+))|/proc/self/fd/(?P<proc>\d+)")
 _NAMED = {"in": 0, "out": 1, "err": 2}
 """Numbers of the standard streams (POSIX, unistd.h)."""
+_new_file = partial(Path.touch, exist_ok=False)
 _TRIED = 1 << 16
 """Bytes that are written to see whether a file can be [B]: those of a page, and more than what a full disk has."""
 
@@ -110,10 +112,9 @@ def stream_of(path: Path) -> int | None:
 
 def is_device(path: Path) -> bool:
     """True when there is a device, which is written to and never replaced."""
-    try:
+    with suppress(OSError):
         return stat.S_ISCHR(path.stat().st_mode)
-    except OSError:
-        return False
+    return False
 
 
 @contextmanager
@@ -151,10 +152,9 @@ def remove_unfinished(place: Path) -> None:
 def unfinished_beside(place: Path) -> list[Path]:
     """Unfinished files and folders beside a path, of living and of killed processes."""
     pattern = re.compile(re.escape(_stem(place)) + "[0-9a-f]{8}")
-    try:
+    with suppress(OSError):
         return sorted(path for path in place.parent.iterdir() if pattern.fullmatch(path.name))
-    except OSError:
-        return []
+    return []
 
 
 @contextmanager
@@ -185,10 +185,6 @@ def remove(path: Path) -> None:
 
 def _stem(place: Path) -> str:
     return f".{os.fsdecode(os.fsencode(place.name)[:_LONGEST])}{LEFT}"
-
-
-def _new_file(path: Path) -> None:
-    path.touch(exist_ok=False)
 
 
 def _flush(stream: BinaryIO) -> None:

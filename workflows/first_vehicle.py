@@ -17,10 +17,10 @@ from ..measurements.thrusters_in_log import DetectedThruster, drag_at_speed, sur
 from ..physics import sources
 from ..physics.errors import RequestError
 from ..physics.files import write_text
-from ..physics.motion import AXES, Array
+from ..physics.motion import AXES
 from ..physics.reading import Plain
 from ..physics.sources import LENGTH, SURE, THRUST_SPREAD, TO_REPLACE, Estimate, with_sources
-from ..physics.thrusters import CommandKind, Thruster, command_of, push_and_turn
+from ..physics.thrusters import Thruster, command_of, push_and_turn
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .workbench_facts import Place, Wire
 
@@ -154,7 +154,8 @@ def like_another(base: Vehicle, thrusters: Sequence[DetectedThruster], hull: Hul
     for one in thrusters:
         fitting = own[one.side] or list(base.thrusters)
         model = fitting.pop(0) if len(fitting) > 1 else fitting[0]
-        back, ahead = (abs(float(force)) for force in model.curve.thrust(*_ends(model)))
+        ends = command_of(model, np.array([-1.0, 1.0]))
+        back, ahead = (abs(float(force)) for force in model.curve.thrust(ends, model.command))
         full = hull.thrust or max(back, ahead)
         one = one if one.shaped or not min(back, ahead) > 0.0 else one.unlike(float(f"{ahead / back:.4g}"))
         y = model.y if hull.spacing is None else 0.5 * hull.spacing * _SIDE.get(one.side, 0.0)
@@ -232,10 +233,6 @@ def _shape(one: DetectedThruster) -> str:
 def _side(thruster: Thruster) -> str:
     ahead, turn = push_and_turn(thruster)
     return {1: "port", -1: "starboard"}.get(ahead * turn, "")
-
-
-def _ends(thruster: Thruster) -> tuple[Array, CommandKind]:
-    return command_of(thruster, np.array([-1.0, 1.0])), thruster.command
 
 
 def wires_of(vehicle: Vehicle, wires: Sequence[Wire]) -> tuple[Wire, ...]:

@@ -1,22 +1,15 @@
 """Follow parameters of a boat while its log grows: the verb `adapt` as a Python function, an event at a time."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
+from ..discovery.calibration import following
 from ..discovery.calibration.change_watch import AlarmSettings
-from ..discovery.calibration.following import (
-    AdaptationPrior,
-    Follower,
-    Update,
-    candidates_to_follow,
-    followed_by_default,
-    learn_prior,
-    rehearsed_watch,
-)
+from ..discovery.calibration.following import Follower, Update
 from ..discovery.calibration.forgetting_fit import AdaptSettings
 from ..measurements.growing_log import STDIN, GrowingLog, growing_lines
 from ..measurements.inspection import examine, inspect_log
-from ..measurements.log import Log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
@@ -118,14 +111,14 @@ def follow_live(
     """
     if reading.fix:
         raise RequestError("adapt: a log that grows cannot be repaired in memory; 'inspect --fix' repairs a whole one")
-    settings, names = settings or LiveSettings(), tuple(effects) or followed_by_default(vehicle)
-    candidates_to_follow(vehicle, names)  # before the log is waited for
+    settings, names = settings or LiveSettings(), tuple(effects) or following.followed_by_default(vehicle)
+    following.candidates_to_follow(vehicle, names)  # before the log is waited for
     lines = growing_lines(log, settings.follow, settings.idle)
     growing = GrowingLog("standard input" if log == STDIN else log, vehicle, reading, settings.adapt.weak.stride)
     past = None if like is None else read_motions(like, vehicle, reading)[1]
     follower, begun = None, False
     gathered: list[Motion] = []
-    for part in _ending(lines):
+    for part in chain(lines, (None,)):  # the latter when there are no more
         growing.table.take(part or [])
         ended = part is None
         if not begun and growing.seconds < (LEAST_RUN_IN if past else settings.run_in) and not ended:
@@ -134,7 +127,8 @@ def follow_live(
             yield from map(Note, growing.begin())
             begun = True
             if growing.log is not None:
-                yield from map(Note, _warnings(growing.log, vehicle, reading.as_is))
+                seen = inspect_log(growing.log, vehicle, examination=examine(growing.log, vehicle))
+                yield from map(Note, refuse_broken_logs((seen,), (), vehicle, reading.as_is))
         motions = growing.motions(ended)
         yield from map(Note, growing.table.take_notes())
         if follower is None:
@@ -162,26 +156,14 @@ def follow_live(
         yield Note(f"{growing.table.skipped} rows could not be read and were skipped")
 
 
-def _ending(lines: Iterable[list[str]]) -> Iterator[list[str] | None]:
-    """Lines part by part, and None when there are no more."""
-    yield from lines
-    yield None
-
-
 def _made(
     motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str], settings: LiveSettings
 ) -> tuple[Follower, Begun] | None:
     """A follower that knows what a run-in tells; None where the boat was hardly under way."""
-    pool = candidates_to_follow(vehicle, names, motions)
-    known: AdaptationPrior = learn_prior(motions, vehicle, pool, settings.adapt)
-    watch = rehearsed_watch(motions, known, settings.alarm)
+    pool = following.candidates_to_follow(vehicle, names, motions)
+    known = following.learn_prior(motions, vehicle, pool, settings.adapt)
+    watch = following.rehearsed_watch(motions, known, settings.alarm)
     if watch is None:
         return None
     follower = Follower(known, watch)
     return follower, Begun(follower.symbols, follower.units, known.seconds, watch.widening)
-
-
-def _warnings(log: Log, vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
-    """What is wrong with the beginning of a log."""
-    inspection = inspect_log(log, vehicle, examination=examine(log, vehicle))
-    return refuse_broken_logs((inspection,), (), vehicle, as_is)

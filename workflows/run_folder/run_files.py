@@ -110,19 +110,16 @@ def _of_schema(path: Path) -> bool:
 
 def content_of(path: Path) -> dict[str, Any]:
     """The JSON object in a file, empty for anything else."""
-    try:
+    with suppress(OSError, ValueError):
         content = read_json(path)
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
+        return content if isinstance(content, dict) else {}
+    return {}
 
 
 def _digest(path: Path) -> str | None:
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
-        return None
+    with suppress(OSError), path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return None
 
 
 _MCAP = b"\x89MCAP0\r\n"
@@ -373,8 +370,6 @@ def _check(option: str, kind: Kind, path: Path, inputs: list[Path], force: bool)
 
 
 def _head(path: Path) -> bytes:
-    try:
-        with path.open("rb") as stream:
-            return stream.read(_HEAD)
-    except OSError:
-        return b""
+    with suppress(OSError), path.open("rb") as stream:
+        return stream.read(_HEAD)
+    return b""
