@@ -35,16 +35,15 @@ def ci(
         raise RequestError("ci: --margin belongs to --write-limits; leave it out, or edit the limits file")
     if as_json and write is not None:
         raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
-    earlier = check_files(
-        (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, reading.channel_map), force=force
-    )
+    reads = (logs, vehicle, limits, model, reading.channel_map)
+    earlier = check_files((("--write-limits", WRITTEN_BY, write),), reads, force=force)
     wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
     inputs = read_logs(logs, vehicle, reading, "all")
     if wanted is None:
         share = MARGIN if margin is None else margin
-        made = first_limits(inputs, share, model)
         judged = inputs.vehicle.name if model is None else model
-        made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
+        about = f"errors of {judged} on {inputs.log_names}, and {percent(share)} more"
+        first_limits(inputs, share, model).save(write or "", about)
         tell_replaced(earlier)
         warn(inputs.warnings, inputs.repairs)
         say(f"Limits: {write}. Look at them, then:")

@@ -135,8 +135,7 @@ def tell_discovery(
     nominal = run.discovery.nominal
     show(*terminal.opening_lines(findings, run.comparison, nominal))
     if told == "short":
-        if findings.added:
-            show(terminal.candidates_table(findings.added, nominal, short=True))
+        show(terminal.candidates_table(findings.added, nominal, short=True) if findings.added else None)
         show_steps(findings.steps, findings.candidates, run.comparison)
         _tell_files(out, time.perf_counter() - begun, run, report)
         return

@@ -29,11 +29,8 @@ def inspect(
     from ..physics.vehicle import load_vehicle
     from ..workflows.inspect_and_init import look_over
 
-    earlier = check_files(
-        (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
-        (logs, vehicle, reading.channel_map),
-        force=force,
-    )
+    targets = (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix))
+    earlier = check_files(targets, (logs, vehicle, reading.channel_map), force=force)
     model = None if vehicle is None else load_vehicle(vehicle)
     try:
         found, read = look_over(logs, model, reading, fix=fix, progress=progress)

@@ -10,14 +10,12 @@ from .options import FORCE, REQUIRED, SEED, VEHICLE, check_files, option
 def amounts() -> str:
     """What the values of `simulate --effect` mean, effect by effect."""
     added, absolute = (", ".join(e.name for e in EFFECTS if e.added is kind) for kind in (True, False))
-    return "\n\n".join(
-        (
-            "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
-            f"{added}.",
-            f"Put in the place of the vehicle's own number: {absolute}.",
-            "Symbols such as X_uu, lag or port_scale count like their effects; inertia_z and Y_rdot are put in "
-            "place. What came of it is printed.",
-        )
+    return (
+        "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
+        f"{added}.\n\n"
+        f"Put in the place of the vehicle's own number: {absolute}.\n\n"
+        "Symbols such as X_uu, lag or port_scale count like their effects; inertia_z and Y_rdot are put in "
+        "place. What came of it is printed."
     )
 
 
@@ -48,6 +46,5 @@ def simulate(
     changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
     listed = ", ".join(changed) or "nothing"
     say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
-    left_out = [] if programme == "gentle" else excitation_of([world.truth]).sentences
-    for sentence in left_out:
+    for sentence in () if programme == "gentle" else excitation_of([world.truth]).sentences:
         say(f"{sentence} A longer --duration, or another --seed, has more manoeuvres in it.")

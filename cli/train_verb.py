@@ -1,14 +1,14 @@
 """The verb `train`: train a network that corrects the vehicle model, or stands in its place."""
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import asdict, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
-from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from ..residuals.training.training_settings import TrainingSettings
 from .console import interrupted, print_json, progress, prose, say, show, warn
 from .options import FORCE, JSON, LOGS, READING, REQUIRED, SEED, VEHICLE, option, read_logs
 
@@ -90,19 +90,19 @@ def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
     RequestError
         for an unknown setting, naming the nearest, or a value that cannot be used.
     """
-    recipe, varied = TrainingSettings(), Augmentation()
-    plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
-    variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
+    recipe = TrainingSettings()
+    plain = asdict(recipe)
+    variants = plain.pop("augmentation")
+    known = plain | variants
     chosen = {name: value for name, value in given.items() if value is not None}
     for name, value in _pairs("--set", texts).items():
-        known = plain | variants
         if name not in known:
             near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
             raise RequestError(f"--set {name}: did you mean {near!r}? There are: {', '.join(known)}")
         if name in chosen:
             raise RequestError(f"--set {name}: it is given twice; give it once")
         chosen[name] = value if isinstance(known[name], str) else _number(f"--set {name}={value}", value)
-    augmentation = replace(varied, **{name: chosen.pop(name) for name in variants if name in chosen})
+    augmentation = replace(recipe.augmentation, **{name: chosen.pop(name) for name in variants if name in chosen})
     return replace(recipe, augmentation=augmentation, **chosen)
 
 

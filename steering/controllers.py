@@ -282,12 +282,11 @@ def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
     added, wanted = casadi.SX.sym("added", 3, HORIZON), casadi.SX.sym("wanted", 4, HORIZON)
     states = [casadi.SX.sym(f"x{k}", size) for k in range(HORIZON + 1)]
     shares = [casadi.SX.sym(f"f{k}", count) for k in range(HORIZON)]
-    cost, constraints, rows, equal = 0.0, [], [], []
+    cost, constraints, rows = 0.0, [], list[float]()
 
     def held(what: Any, most: float) -> None:
         constraints.append(what)
         rows.extend([most] * what.numel())
-        equal.extend([most == 0.0] * what.numel())
 
     for k in range(HORIZON):
         at = minutes + k * PERIOD / 60.0
@@ -306,7 +305,7 @@ def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
     }
     options = {
         "structure_detection": "auto",
-        "equality": equal,
+        "equality": [most == 0.0 for most in rows],
         "print_time": False,
         "error_on_fail": False,
         "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE, "mu_init": _BARRIER, **_STEADY},

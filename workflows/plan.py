@@ -22,14 +22,13 @@ from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, shown
 from ..physics.file_records import Flag, Number, Record, absent
 from ..physics.files import write_json, write_text
-from ..physics.folders import replace_folder
 from ..physics.presentation import Card, listing, words
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
-from .run_folder.run_files import check_target_folder, content_of, refused, unchanged
+from .run_folder.run_files import check_target_folder, content_of, unchanged, write_folder
 
 RECORD = "mission.json"
 
@@ -309,9 +308,7 @@ def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
         write_json(work / RECORD, plan.record.but(files=digests).to_dict())
         return [*digests, RECORD]
 
-    with refused(f"the mission to {target}"):
-        replace_folder(target, build, own_mission, force=force)
-    return target
+    return write_folder("the mission", target, build, own_mission, force=force)
 
 
 def place_at(text: str) -> tuple[float, float]:

@@ -20,13 +20,14 @@ from ...measurements.prepared_logs import FOLDS, Inputs, PathLike
 from ...physics.errors import RequestError, VehicleError, listed, shortened, shown
 from ...physics.file_records import Record
 from ...physics.folders import finish_move
-from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
+from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, reason, text_of
 from ...physics.stage import Say
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import ComparisonFolder, RunFolder
 from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
 from .moved_files import UNMOVED, Moved, RunOrigin, logs_now, map_now
+from .run_files import RECORD, content_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -331,12 +332,9 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
             "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
             "what of the network is a named effect"
         )
-    path = folder / "run.json"
-    try:
-        content = read_json(path)
-    except (OSError, ValueError):
-        content = None
-    if not isinstance(content, dict) or not {"logs", "frame", "channel_map"} <= content.keys():
+    path = folder / RECORD
+    content = content_of(path)
+    if not {"logs", "frame", "channel_map"} <= content.keys():
         raise RequestError(
             f"{folder} is not a run folder (no readable run.json in it); write one with "
             "'undertow discover LOG --vehicle V --out RUN'"

@@ -7,7 +7,7 @@ import hashlib
 import os
 import re
 import stat
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
 from itertools import combinations
@@ -17,7 +17,7 @@ from typing import Any
 from ...measurements.formats.registry import find_logs
 from ...physics.errors import LogError, RequestError, expect
 from ...physics.files import is_device, real, stream_of, strict_json, try_out, write_json, written_by
-from ...physics.folders import Own, check_folder
+from ...physics.folders import Own, check_folder, replace_folder
 from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
@@ -199,6 +199,23 @@ def check_targets(
         with refused(str(path), "; nothing was read or written"):
             try_out(path)
     return earlier
+
+
+def write_folder(what: str, target: Path, build: Callable[[Path], Collection[str]], own: Own, *, force: bool) -> Path:
+    """Write a folder whole, in the place of an earlier one, see `replace_folder`; give its path.
+
+    Parameters
+    ----------
+    what : is in it, for the message of an error
+
+    Raises
+    ------
+    RequestError
+        when it cannot be written, or something of another's would be lost.
+    """
+    with refused(f"{what} to {target}"):
+        replace_folder(target, build, own, force=force)
+    return target
 
 
 @contextmanager

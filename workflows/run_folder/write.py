@@ -24,15 +24,14 @@ from ...measurements.prepared_logs import Inputs
 from ...measurements.statistics.processors import run_in_fork
 from ...physics.errors import expect
 from ...physics.files import write_json, write_text, writing
-from ...physics.folders import replace_folder
 from ...physics.presentation import Card
 from ...physics.stage import WRITING, Say, Stage, trim_memory
 from ...physics.vehicle import Vehicle
 from ...reports.terminal.progress import SHOWN, Pace, showing
 from ...residuals.series import SeriesTable
+from . import run_files
 from .moved_files import command, seen_from, versions
 from .read import read_comparison, read_run
-from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, check_page, check_target, is_comparison, own_run, refused, seal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,7 +116,7 @@ def write_run(
     """
     expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     read = run.inputs
-    target = check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
+    target = run_files.check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
     if progress is not None:
         progress(Stage("writing the run folder", WRITING))
 
@@ -126,15 +125,13 @@ def write_run(
             _write_files(run, work, called)
             trim_memory()
             written()
-        seal(work, json.loads(called(json.dumps(_record(run, target), ensure_ascii=False))), DATA)
+        run_files.seal(work, json.loads(called(json.dumps(_record(run, target), ensure_ascii=False))), run_files.DATA)
         if report:
             trim_memory()
             write_page(work)
         return os.listdir(work)
 
-    with refused(f"the run to {target}"):
-        replace_folder(target, build, own_run, force=force)
-    return target
+    return run_files.write_folder("the run", target, build, run_files.own_run, force=force)
 
 
 def _write_files(run: Run, folder: Path, called: Callable[[str], str]) -> None:
@@ -171,19 +168,17 @@ def write_comparison(
     RequestError
         when the folder cannot be written; see `check_page`.
     """
-    target = check_page(out, (inputs.paths, inputs.reading.channel_map), force=force)
+    target = run_files.check_page(out, (inputs.paths, inputs.reading.channel_map), force=force)
 
     def build(work: Path) -> list[str]:
         write_json(work / "comparison.json", found.to_dict())
         with writing(work / "series.csv") as stream:
             table.write(stream)
-        seal(work, {**_made_from(inputs, target), "verb": COMPARE}, DATA)
+        run_files.seal(work, {**_made_from(inputs, target), "verb": run_files.COMPARE}, run_files.DATA)
         write_page(work)
         return os.listdir(work)
 
-    with refused(f"the comparison to {target}"):
-        replace_folder(target, build, own_run, force=force)
-    return target
+    return run_files.write_folder("the comparison", target, build, run_files.own_run, force=force)
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
@@ -203,7 +198,7 @@ def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
     # A log in memory has no file whose content could be known again.
     known = [digest if Path(path).exists() else None for path, digest in zip(paths, inputs.digests, strict=True)]
     return {
-        "schema": RUN_SCHEMA,
+        "schema": run_files.RUN_SCHEMA,
         "logs": paths,
         **asdict(reading),
         "judged_on": inputs.parts.judge,
@@ -250,7 +245,7 @@ def write_page(run: Path) -> Path:
     RequestError
         When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
     """
-    return write_text(Path(run) / PAGE, page_of(Path(run)))
+    return write_text(Path(run) / run_files.PAGE, page_of(Path(run)))
 
 
 def page_of(folder: Path) -> str:
@@ -263,4 +258,4 @@ def page_of(folder: Path) -> str:
     """
     from ...reports.page.page import comparison_page, page
 
-    return comparison_page(read_comparison(folder)) if is_comparison(folder) else page(read_run(folder))
+    return comparison_page(read_comparison(folder)) if run_files.is_comparison(folder) else page(read_run(folder))
