@@ -3,9 +3,8 @@
 Where nothing is certain, what is likely reversed or misplaced is told, and what to do about it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..quick_motion import neutral_of
-from ..record import RATE, STEP, Check, Finding, Found, Record, channels_called, command_names
+from ..record import RATE, STEP, About, Check, Finding, Found, Record, command_names, values_called
 from ..response import (
     SIDE,
     Answer,
@@ -55,12 +54,13 @@ class Placed:
 
 def placed(records: Sequence[Record]) -> dict[str, Placed]:
     """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
-    expected = expected_of(records, command_names(records))
-    told = classify_answers(records, expected)[0] if records else {}
-    if told and not as_expected(told, expected) and may_be_exchanged(records):
+    if not records:
+        return {}
+    certain, *_ = _classify(records, expected_of(records, command_names(records)))
+    if certain.of_exchanged_speeds:
         return {}
     apart = _turns_apart(records)
-    return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
+    return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in certain.answers.items()}
 
 
 def _examine(records: Sequence[Record]) -> Found:
@@ -71,67 +71,122 @@ def _examine(records: Sequence[Record]) -> Found:
 
     A finding "direction" where there is a command, and "sides" where there are two.
     """
-    names = command_names(records)
-    expected = expected_of(records, names)
-    names = list(expected)
-    if not names:
+    expected = expected_of(records, command_names(records))
+    if not expected:
         return []
-    told, unsure, likely = classify_answers(records, expected)
-    if told and not as_expected(told, expected) and may_be_exchanged(records):
+    certain, unsure, likely = _classify(records, expected)
+    every = tuple(expected)
+    if certain.of_exchanged_speeds:
         text = "u and v may be exchanged, so what the thrusters do to surge is not known"
-        return [
-            Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
-            for check in ("direction", "sides")
-        ]
-    gain = _size(records, expected, likely.answers) if likely else None
+        return [About(check, every).untold(text) for check in ("direction", "sides")]
+    gain = likely and likely.size()
     likely = likely if gain is None or gain.share.warns else None
-    turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
-    size = _size(records, expected, told)
-    small = _too_small(expected, told, size) if size is not None and not size.likely else None
-    found = [small or turned or _direction(records, expected, told, unsure, size)]
-    if len(names) > 1 and _turns_apart(records):
+    size = certain.size()
+    small = _too_small(certain, size) if size is not None and not size.likely else None
+    found = [small or (likely and _likely_reversed(likely)) or _direction(certain, unsure, size)]
+    if len(expected) < 2:
+        return found
+    if _turns_apart(records):
         text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
-        return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
+        return [*found, About("sides", every).untold(text)]
     sides = small and small.model_copy(update={"check": "sides"})
-    return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
+    return [*found, sides or (likely and _likely_swapped(likely)) or _sides(certain, unsure, size)]
 
 
-def _misplaced(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> tuple[frozenset[str], frozenset[str]]:
-    """Commands that push the other way than they should, and those that are on the other side."""
-    turned = frozenset(n for n, a in told.items() if not expected[n].ahead_as(a))
-    moved = frozenset(n for n, a in told.items() if a.side and SIDE[a.side] * expected[n].side < 0)
-    return turned, moved
+@dataclass(frozen=True, slots=True)
+class _Answers:
+    """The boat's answers to its commands, held against what the commands should do.
 
-
-def _size(records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> Size | None:
-    """How much is explained by thrusters that push another way than they should; None where none does.
-
-    The vehicle tells it with its thrusters turned round, or moved to the other side, against what it says as it is.
-    Without a vehicle, commands that push the wrong way are held against ones that push nothing, which is the most that
-    they could explain with the sign that they should have.
+    Attributes
+    ----------
+    records, expected : the logs, and what each command should do
+    answers : to the commands of which something is told
+    chance : that stretches like these favour the answers so much over others with other signs, though they are no
+        better; 0 where the answers are certain
     """
-    turned, moved = _misplaced(expected, told)
-    if not turned | moved:
-        return None
-    explained = trials(records)
-    late = float(np.median([one.best.seconds for one in explained]))
-    size = size_by_model(records, misplaced(turned, moved), delayed(late))
-    for one in explained if size is None else ():
-        fitted = one.best.fitted
-        if fitted is not None and (turned | moved) & set(fitted.names):
-            size = fitted.size_beside(fitted.errors(turned, turned | moved))
-    return size
+
+    records: Sequence[Record]
+    expected: Mapping[str, Expected]
+    answers: Mapping[str, Answer]
+    chance: float = 0.0
+
+    @property
+    def of_exchanged_speeds(self) -> bool:
+        """True when thrusters seem misplaced and u and v may be exchanged, so that what they do is not known."""
+        return not as_expected(self.answers, self.expected) and may_be_exchanged(self.records)
+
+    @property
+    def turned(self) -> tuple[str, ...]:
+        """Commands that push the other way than they should."""
+        return tuple(name for name, answer in self.answers.items() if not self.expected[name].ahead_as(answer))
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Commands that are on the other side than they should be."""
+        return tuple(name for name, alike in self._sides.items() if alike < 0)
+
+    @property
+    def swapped(self) -> frozenset[str]:
+        """The same where each has one that changes names with it; else none."""
+        moved = frozenset(self.moved)
+        return moved if len(self._sides) > 1 and {other_side(name) for name in moved} == moved else frozenset()
+
+    @property
+    def _sides(self) -> dict[str, int]:
+        """1 for a command that is on the side where it should be, -1 on the other; not where either is not known."""
+        sides = {name: SIDE.get(answer.side, 0) * self.expected[name].side for name, answer in self.answers.items()}
+        return {name: alike for name, alike in sides.items() if alike}
+
+    @property
+    def sure(self) -> str:
+        """How sure likely answers are."""
+        return f"{100.0 * (1.0 - self.chance):.0f} % sure, if the commands are in step with the motion"
+
+    def size(self) -> Size | None:
+        """How much is explained by thrusters that push another way than they should; None where none does.
+
+        The vehicle tells it with its thrusters turned round, or moved to the other side, against what it says as it is.
+        Without a vehicle, commands that push the wrong way are held against ones that push nothing, which is the most
+        that they could explain with the sign that they should have.
+        """
+        turned, moved = frozenset(self.turned), frozenset(self.moved)
+        if not turned | moved:
+            return None
+        explained = trials(self.records)
+        late = float(np.median([one.best.seconds for one in explained]))
+        size = size_by_model(self.records, misplaced(turned, moved), delayed(late))
+        for one in explained if size is None else ():
+            fitted = one.best.fitted
+            if fitted is not None and (turned | moved) & set(fitted.names):
+                size = fitted.size_beside(fitted.errors(turned, turned | moved))
+        return size
+
+    def map_lines(self, names: Collection[str], swapped: Collection[str]) -> str:
+        """Lines of a channel map that put commands the right way round, and swapped ones on their side."""
+        lines = []
+        for name in [name for name in self.expected if name in names]:
+            target, source = other_side(name) if name in swapped else name, source_of(self.records, name)
+            turned = f"{{from: {source}, {_turned(self.records, name)}}}"
+            lines.append(f"'{target}: {turned if name in self.turned else source}'")
+        return ", ".join(lines)
+
+    def or_vehicle(self, names: Iterable[str], what: str) -> str:
+        """The other cure: log and vehicle file contradict each other, and either may be the one that is wrong."""
+        own = [t.name for name in names if (t := self.expected[name].thruster) is not None]
+        if not own:
+            return ""
+        named = listing(list(dict.fromkeys(own)))
+        return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
 
 
-def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], size: Size) -> Finding:
+def _too_small(told: _Answers, size: Size) -> Finding:
     """The finding that thrusters seem to push another way, which explains too little to be told as a fault."""
-    names = tuple(sorted(frozenset.union(*_misplaced(expected, told))))
-    text = (
-        f"{listing(names)} may push another way than expected, or sit on the other side; but that explains only "
-        f"{size.share} of what is left of surge and yaw without it"
+    names = tuple(sorted({*told.turned, *told.moved}))
+    return About("direction", names).untold(
+        f"{listing(names)} may push another way than expected, or sit on the other side; but that explains "
+        f"only {size.share} of what is left of surge and yaw without it",
+        remedy="drive each thruster alone, ahead and astern, and look at the log again",
     )
-    remedy = "drive each thruster alone, ahead and astern, and look at the log again"
-    return Finding(check="direction", verdict="cannot tell", sentence=text, channels=names, remedy=remedy)
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:
@@ -149,99 +204,72 @@ def _turns_apart(records: Sequence[Record]) -> bool:
     return bool(heading @ rate < -LEAST_CORRELATION * np.sqrt((heading @ heading) * (rate @ rate)))
 
 
-def _direction(
-    records: Sequence[Record],
-    expected: Mapping[str, Expected],
-    told: Mapping[str, Answer],
-    unsure: Sequence[Trials],
-    size: Size | None,
-) -> Finding:
-    names = list(expected)
-    finding = partial(Finding, check="direction")
-    found = {name: answer for name, answer in told.items() if answer.ahead and expected[name].push}
-    wrong = {name: answer for name, answer in found.items() if answer.ahead != expected[name].push}
+def _direction(told: _Answers, unsure: Sequence[Trials], size: Size | None) -> Finding:
+    expected, names = told.expected, list(told.expected)
+    found = {name: answer for name, answer in told.answers.items() if answer.ahead and expected[name].push}
     if not found:
         text = "the thrusters are not used one by one enough to tell whether one is reversed"
         if unsure:
             text = f"whether a thruster is reversed cannot be told: {_either(unsure)}"
-        return finding(verdict="cannot tell", sentence=text, channels=tuple(names))
-    parts = {name: answer.surge for name, answer in found.items()}
+        return About("direction", tuple(names)).untold(text)
+    wrong, parts = told.turned, {name: answer.surge for name, answer in found.items()}
     if not wrong or size is None:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
         text = f"more command pushes {as_told} on {listing(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
-        ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
-        return finding(
-            verdict="cannot tell" if untold else "ok",
-            sentence=f"{text}; of {listing(untold)} the log does not tell" if untold else text,
-            value=least.surge,
-            unit="m/s^2",
-            ci95=ends,
-            channels=tuple(names) if untold else tuple(found),
-            parts=parts,
-        )
-    worst = max(wrong.values(), key=lambda answer: abs(answer.surge))
-    how = [_reversed(records, name, expected[name]) for name in wrong]
-    moved = swapped(expected, told)
+        ends = _interval(least.surge, least.surge_error)
+        about = About("direction", tuple(names if untold else found), least.surge, "m/s^2", ends, parts)
+        return about.untold(f"{text}; of {listing(untold)} the log does not tell") if untold else about.ok(text)
+    worst = max((found[name] for name in wrong), key=lambda answer: abs(answer.surge))
+    how = [_reversed(told.records, name, expected[name]) for name in wrong]
     # Who turns one round and moves it to the other side must move the other one too.
-    listed = [name for name in names if name in wrong or (name in moved and moved & set(wrong))]
-    maps = [map_line(records, name, name in wrong, name in moved) for name in listed]
+    swapped = told.swapped
+    lines = told.map_lines({*wrong, *(swapped if swapped & set(wrong) else ())}, swapped)
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
     facts = {
         "told": f"{listing(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
-        "names": listing(tuple(wrong)),
-        "cure": f"{', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
+        "names": listing(wrong),
+        "cure": f"{lines}{told.or_vehicle(wrong, 'curve or the angle')}",
     }
-    ends = worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error
-    fault = Fault(Kind.REVERSED, tuple(wrong), size, facts, worst.surge, ends, parts=parts)
+    ends = _interval(worst.surge, worst.surge_error)
+    fault = Fault(Kind.REVERSED, wrong, size, facts, worst.surge, ends, parts=parts)
     return fault.in_words("defect" if size.refuses else "warning")
 
 
-def _sides(
-    records: Sequence[Record],
-    expected: Mapping[str, Expected],
-    told: Mapping[str, Answer],
-    unsure: Sequence[Trials],
-    size: Size | None,
-) -> Finding:
-    names = list(expected)
-    found = {name: answer for name, answer in told.items() if answer.side}
+def _interval(value: float, error: float) -> tuple[float, float]:
+    return value - CI * error, value + CI * error
+
+
+def _sides(told: _Answers, unsure: Sequence[Trials], size: Size | None) -> Finding:
+    expected = told.expected
+    found = {name: answer for name, answer in told.answers.items() if answer.side}
     if len(found) < 2:
         text = "the boat does not turn by its thrusters enough to tell which side each is on"
-        if told and all(answer.turn for answer in told.values()):
+        if told.answers and all(answer.turn for answer in told.answers.values()):
             text = "the boat turns by its thrusters, but it is not sure to push ahead, so sides are not either"
         if unsure:
             text = "which side each thruster is on cannot be told: nor can, for sure, which way it pushes"
-        return Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))
-    lies = [_lies(records, name, answer, expected[name]) for name, answer in found.items()]
+        return About("sides", tuple(expected)).untold(text)
+    lies = "; ".join(_lies(told.records, name, answer, expected[name]) for name, answer in found.items())
     parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
-    wrong = [name for name, answer in found.items() if SIDE[answer.side] * expected[name].side < 0]
-    value, ends = _turn(found, expected)
+    wrong, (value, ends) = told.moved, _turn(found, expected)
     if not wrong or size is None:
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
-        text = f"the sides of {listing(tuple(found))} are as {words}" if known else "; ".join(lies)
-        return Finding(
-            check="sides",
-            verdict="ok" if known else "note",
-            sentence=text,
-            value=value,
-            unit="rad/s^2",
-            ci95=ends,
-            channels=tuple(found),
+        return About("sides", tuple(found), value, "rad/s^2", ends, parts=parts).finding(
+            "ok" if known else "note",
+            f"the sides of {listing(tuple(found))} are as {words}" if known else lies,
             remedy="" if known else "name the commands by their sides in a channel map",
-            parts=parts,
         )
-    moved = swapped(expected, told)
-    maps = [map_line(records, name, found[name].ahead != expected[name].push, True) for name in names if name in moved]
-    remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
+    lines = told.map_lines(told.swapped, told.swapped)
+    remedy = f"swap them in a channel map: {lines}" if lines else "say in a channel map which is which"
     if all(side_of(name) == found[name].side for name in wrong):
         remedy = f"the names agree with the log, so look at the vehicle file first; or {remedy}"
-    logs = [record.log for record in records]
+    logs = [record.log for record in told.records]
     either = "" if surveyed(logs) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
-    cure = f"{remedy}{or_vehicle(wrong, expected, 'sign of y')}{either}"
-    fault = Fault(Kind.SWAPPED, tuple(wrong), size, {"told": "; ".join(lies), "cure": cure}, value, ends, parts=parts)
+    facts = {"told": lies, "cure": f"{remedy}{told.or_vehicle(wrong, 'sign of y')}{either}"}
+    fault = Fault(Kind.SWAPPED, wrong, size, facts, value, ends, parts=parts)
     return fault.in_words("defect" if size.refuses else "warning")
 
 
@@ -250,15 +278,10 @@ def _either(unsure: Sequence[Trials]) -> str:
     told = []
     for trial in (unsure[0].best, *unsure[0].contrary[:2]):
         order = "after" if trial.seconds >= 0.0 else "before"
-        signs = [
-            f"{name} {'pushes ahead' if answer.ahead > 0 else 'pushes astern'}"
-            for name, answer in trial.answers.items()
-            if answer.ahead
-        ] + [
-            f"{name} turns the boat to {'starboard' if answer.turn > 0 else 'port'}"
-            for name, answer in trial.answers.items()
-            if answer.turn and not answer.ahead
-        ]
+        pushes = {name: ("", "ahead", "astern")[answer.ahead] for name, answer in trial.answers.items()}
+        turns = {name: ("", "starboard", "port")[answer.turn] for name, answer in trial.answers.items()}
+        signs = [f"{name} pushes {way}" for name, way in pushes.items() if way]
+        signs += [f"{name} turns the boat to {way}" for name, way in turns.items() if way and not pushes[name]]
         told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {listing(signs)}")
     return f"the log is explained alike if {', or if '.join(told)}"
 
@@ -267,12 +290,11 @@ def _turn(
     found: Mapping[str, Answer], expected: Mapping[str, Expected]
 ) -> tuple[float | None, tuple[float, float] | None]:
     """Yaw acceleration when every thruster should push the boat to starboard, at full command [rad/s^2]."""
-    told = [(expected[name].side, answer) for name, answer in found.items() if expected[name].side]
-    if not told:
+    sided = [(expected[name].side, answer) for name, answer in found.items() if expected[name].side]
+    if not sided:
         return None, None
-    value = sum(side * answer.ahead * answer.yaw for side, answer in told)
-    error = sum(answer.yaw_error**2 for _, answer in told) ** 0.5
-    return value, (value - CI * error, value + CI * error)
+    value = sum(side * answer.ahead * answer.yaw for side, answer in sided)
+    return value, _interval(value, sum(answer.yaw_error**2 for _, answer in sided) ** 0.5)
 
 
 def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expected) -> str:
@@ -284,55 +306,37 @@ def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expect
 
 
 def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
-    values = [channel.value for channel in channels_called(records, name)]
-    low = min(float(value.min()) for value in values)
+    low = float(values_called(records, name).min())
     kind = kind_of(name)
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"
 
 
-@dataclass(frozen=True, slots=True)
-class Likely:
-    """What explains the log best, which is not what the names say, while others explain it hardly worse.
-
-    Attributes
-    ----------
-    answers : to each command
-    chance : that stretches like these favour it so much over another with other signs, though it is no better
-    """
-
-    answers: Mapping[str, Answer]
-    chance: float
-
-
-def classify_answers(
+def _classify(
     records: Sequence[Record], expected: Mapping[str, Expected]
-) -> tuple[dict[str, Answer], list[Trials], Likely | None]:
+) -> tuple[_Answers, list[Trials], _Answers | None]:
     """The answers that are certain; the trials that contradict each other; and what is likely if nothing is certain."""
     told = {name: answer for name, answer in answers(records).items() if name in expected}
     unsure, likely = [], None
     for one in trials(records) if len(told) < len(expected) else ():
-        if not one.contrary or not set(one.best.answers) & set(expected):
+        best = {name: answer for name, answer in one.best.answers.items() if name in expected}
+        if not one.contrary or not best:
             continue
-        if one.best.in_step and as_expected(one.best.answers, expected):
+        if one.best.in_step and as_expected(best, expected):
             # Nothing is wrong with the log that explains it best; what would need two faults is not asked for.
-            told |= {name: answer for name, answer in one.best.answers.items() if name in expected}
+            told |= best
         else:
             unsure.append(one)
-            likely = likely or _likely(one, expected)
-    return told, unsure, None if told else likely
+            chance = _chance(one)
+            likely = likely or (_Answers(records, expected, best, chance) if chance < _LIKELY else None)
+    return _Answers(records, expected, told), unsure, None if told else likely
 
 
-def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
-    """What explains the log best, where all that explains it about as well, and needs no late clock, is less likely."""
-    if not one.best.in_step:
-        return None
-    others = [trial for trial in one.contrary if trial.in_step]
-    chance = max(
-        [BY_CHANCE, *(chance_of_no_more(trial.residual_squares, one.best.residual_squares) for trial in others)]
-    )
-    known = {name: answer for name, answer in one.best.answers.items() if name in expected}
-    return Likely(known, chance) if chance < _LIKELY else None
+def _chance(one: Trials) -> float:
+    """The chance that others which need no late clock explain a log no worse; 1 where the best one needs one."""
+    best, others = one.best, [trial for trial in one.contrary if trial.in_step]
+    chances = [chance_of_no_more(trial.residual_squares, best.residual_squares) for trial in others]
+    return max([BY_CHANCE, *chances]) if best.in_step else 1.0
 
 
 def _turned(records: Sequence[Record], name: str) -> str:
@@ -343,84 +347,44 @@ def _turned(records: Sequence[Record], name: str) -> str:
     return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
 
 
-def swapped(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> frozenset[str]:
-    """Commands on the other side than expected, where each has one that changes names with it; else none."""
-    sided = {name for name in expected if name in told and told[name].side and expected[name].side}
-    wrong = {name for name in sided if SIDE[told[name].side] != expected[name].side}
-    return frozenset(wrong) if len(sided) > 1 and {other_side(name) for name in wrong} == wrong else frozenset()
-
-
-def map_line(records: Sequence[Record], name: str, turned: bool, swapped: bool) -> str:
-    """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
-    target, source = other_side(name) if swapped else name, source_of(records, name)
-    return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if turned else f"'{target}: {source}'"
-
-
-def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str) -> str:
-    """The other cure: log and vehicle file contradict each other, and either may be the one that is wrong."""
-    own = [t for name in names if (t := expected[name].thruster) is not None]
-    if not own:
-        return ""
-    named = listing(list(dict.fromkeys(t.name for t in own)))
-    return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
-
-
-def are(names: Sequence[str]) -> str:
-    """The verb that goes with so many names."""
-    return "are" if len(names) > 1 else "is"
-
-
-def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+def _likely_reversed(likely: _Answers) -> Finding | None:
     """The warning that thrusters are likely reversed; None where only a turn speaks for it, which may be the side."""
-    turned, moved = _faults(expected, likely)
+    turned = likely.turned
     if not turned:
         return None
-    text = f"{listing([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
-    return Finding(
-        check="direction",
-        verdict="warning",
-        sentence=f"{text}: more of that command pushes astern, as the motion is explained best",
-        channels=turned,
+    are, names = "are" if len(turned) > 1 else "is", listing([called(likely.records, name) for name in turned])
+    return About("direction", turned).warning(
+        f"{names} {are} likely reversed ({likely.sure}): more of that command pushes astern, as the motion is "
+        "explained best",
         consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
-        remedy=_to_try(records, expected, turned, moved),
-        short=f"{listing(turned)} {are(turned)} likely reversed",
+        remedy=_to_try(likely),
+        short=f"{listing(turned)} {are} likely reversed",
     )
 
 
-def likely_swapped(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+def _likely_swapped(likely: _Answers) -> Finding | None:
     """The warning that sides are likely swapped; None where that is not so."""
-    turned, moved = _faults(expected, likely)
+    moved = _surely_swapped(likely)
     if not moved:
         return None
     short = "port and starboard are likely swapped"
-    return Finding(
-        check="sides",
-        verdict="warning",
-        sentence=f"{short} ({_sure(likely)})",
-        channels=moved,
+    return About("sides", moved).warning(
+        f"{short} ({likely.sure})",
         consequence="every turn is predicted to the wrong side",
-        remedy=_to_try(records, expected, turned, moved),
+        remedy=_to_try(likely),
         short=short,
     )
 
 
-def _faults(expected: Mapping[str, Expected], likely: Likely) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The commands that likely push the other way, and those that are likely on the other side."""
-    turned = tuple(name for name, answer in likely.answers.items() if not expected[name].ahead_as(answer))
-    moved = swapped(expected, likely.answers)
-    return turned, tuple(sorted(moved)) if all(answer.side for answer in likely.answers.values()) else ()
+def _surely_swapped(likely: _Answers) -> tuple[str, ...]:
+    """The commands that are swapped, where the side of all is told."""
+    return tuple(sorted(likely.swapped)) if all(answer.side for answer in likely.answers.values()) else ()
 
 
-def _sure(likely: Likely) -> str:
-    return f"{100.0 * (1.0 - likely.chance):.0f} % sure, if the commands are in step with the motion"
-
-
-def _to_try(
-    records: Sequence[Record], expected: Mapping[str, Expected], turned: Sequence[str], moved: Sequence[str]
-) -> str:
-    maps = [map_line(records, name, name in turned, name in moved) for name in expected if name in (*turned, *moved)]
-    what = "curve, the angle or the place"
-    return f"try it in a channel map: {', '.join(maps)}{or_vehicle((*turned, *moved), expected, what)}"
+def _to_try(likely: _Answers) -> str:
+    names, moved = likely.turned, _surely_swapped(likely)
+    lines, what = likely.map_lines((*names, *moved), moved), "curve, the angle or the place"
+    return f"try it in a channel map: {lines}{likely.or_vehicle((*names, *moved), what)}"
 
 
 SIDES = Check("sides", _examine)
