@@ -85,11 +85,9 @@ class Kinematics:
     @property
     def present(self) -> tuple[str, ...]:
         """Errors that are clear, material, and such as sensors have."""
-        found = []
-        for name, (value, error) in self.values.items():
-            if max(_CLEARLY * error, self.least(name)) < abs(value - right_value(name)) <= LIMITS[name][1]:
-                found.append(name)
-        return tuple(found)
+        off = {name: (abs(value - right_value(name)), error) for name, (value, error) in self.values.items()}
+        least = {name: max(_CLEARLY * error, self.least(name)) for name, (_, error) in off.items()}
+        return tuple(name for name, (by, _) in off.items() if least[name] < by <= LIMITS[name][1])
 
     @property
     def errors(self) -> dict[str, float]:

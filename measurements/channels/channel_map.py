@@ -54,6 +54,8 @@ def mixed(name: str, throttle: tuple[Array, Array], steering: tuple[Array, Array
 
 TIME = "time"
 """What a map calls the column of a table that holds its time; it is no channel."""
+_USUAL = {"scale": 1.0, "offset": 0.0, "frame": None}
+"""What a line of a channel map need not say."""
 _KEYS = {"from", "scale", "offset", "frame", "unit", "mix", "steering"}
 _UNITS = {
     "deg": {"rad": math.pi / 180.0, "deg": 1.0},
@@ -189,8 +191,8 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
             f"'from' and optionally scale, offset, unit, frame; got {shown(value)}."
         )
     numbers = []
-    for part, null in (("scale", 1.0), ("offset", 0.0)):
-        number = value.get(part, null)
+    for part in ("scale", "offset"):
+        number = value.get(part, _USUAL[part])
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise LogError(f"{path}: channel map entry '{key}' needs a number as {part}, got {shown(number)}.")
         numbers.append(float(number))
@@ -259,14 +261,8 @@ def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, Parts]:
 
 
 def _plain(entry: Entry) -> dict[str, str | float]:
-    parts: dict[str, str | float] = {"from": entry.source}
-    if entry.scale != 1.0:
-        parts["scale"] = entry.scale
-    if entry.offset != 0.0:
-        parts["offset"] = entry.offset
-    if entry.frame is not None:
-        parts["frame"] = entry.frame
-    return parts
+    parts = {"scale": entry.scale, "offset": entry.offset, "frame": entry.frame}
+    return {"from": entry.source, **{key: part for key, part in parts.items() if part not in (_USUAL[key], None)}}
 
 
 def map_text(entries: Mapping[str, Entry | None], unused: Sequence[str] = ()) -> str:

@@ -167,9 +167,7 @@ class Cleaner:
         self._where = where
         self._mend = mend
         self._clock = Clock(streams, mend)
-        self._empty: dict[int, list[str]] = defaultdict(list)
-        self._repeated: dict[int, list[str]] = defaultdict(list)
-        self._mended: dict[str, list[str]] = defaultdict(list)
+        self._dropped: dict[tuple[int, str], list[str]] = defaultdict(list)  # channels by rank and words of a note
 
     def channel(self, name: str, stream: Stream, value: Array) -> Channel:
         """Make the channel `name` of the values `value` (n,) at the stamps of `stream`.
@@ -190,7 +188,7 @@ class Cleaner:
         rows = stream.row
         empty, astray = int(keep.size - known.sum()), int(known.sum() - keep.sum())
         if astray:
-            self._mended[f"{astray} rows whose stamp is far out of order dropped"].append(name)
+            self._dropped[0, f"{astray} rows whose stamp is far out of order dropped"].append(name)
         if not keep.all():
             time, rows, value = time[keep], rows[keep], value[keep]
         steps = np.diff(time)
@@ -207,38 +205,31 @@ class Cleaner:
             order = np.argsort(time, kind="stable")
             time, value = time[order], value[order]
             steps = np.diff(time)
-            self._mended[f"{backward} values sorted by time"].append(name)
+            self._dropped[0, f"{backward} values sorted by time"].append(name)
         last = np.append(steps > 0, True)
         lost = Lost(empty, int(last.size - last.sum()), backward, astray, self._clock.sets)
         if lost.empty:
-            self._empty[lost.empty].append(name)
-        if not lost.repeated:
-            # Nothing is copied: the channels of a large log share one array of stamps.
-            return Channel(name, time, value, stream.name, lost)
-        self._repeated[lost.repeated].append(name)
-        return Channel(name, time[last], value[last], stream.name, lost)
+            self._dropped[1, f"{lost.empty} rows without a number dropped"].append(name)
+        if lost.repeated:  # else nothing is copied: the channels of a large log share one array of stamps
+            self._dropped[2, f"{lost.repeated} repeated time stamps, the last value of each kept"].append(name)
+            time, value = time[last], value[last]
+        return Channel(name, time, value, stream.name, lost)
 
     def notes(self) -> tuple[str, ...]:
         """Say what was dropped, one sentence for the channels that lost the same number of rows."""
-        mended = [f"{' '.join(names)}: {what}" for what, names in self._mended.items()]
-        empty = [f"{' '.join(names)}: {count} rows without a number dropped" for count, names in self._empty.items()]
-        repeated = [
-            f"{' '.join(names)}: {count} repeated time stamps, the last value of each kept"
-            for count, names in self._repeated.items()
-        ]
+        ranked = sorted(self._dropped.items(), key=lambda item: item[0][0])
         sets = [
             f"the clock was set at t = {at:.3f} s by {by:+.6g} s; what follows is put {APART:g} s after it, as a "
             "stretch of its own"
             for at, by in self._clock.sets
         ]
-        return (*sets, *mended, *empty, *repeated)
+        return (*sets, *(f"{' '.join(names)}: {what}" for (_, what), names in ranked))
 
 
 _FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "x_dot": ("y_dot", 1.0), "y_dot": ("x_dot", 1.0)} | {
     name: (name, -1.0) for name in ("v", "r", "ay", "wind_v")
 }
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
-_RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
 _FEWEST = 50
 """Rows of a heading from which its usual step can be told."""
@@ -332,8 +323,8 @@ def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
     if not turned:
         return []
     names = sorted(turned, key=list(UNITS).index)
-    done = [f"{_AXES[name]} = world {_FROM_ENU[name][0]}" for name in names if name in ("x", "y")]
-    done += [f"{name} = world {_FROM_ENU[name][0]}" for name in names if name in _RATES]
+    exchanged = [name for name in names if name in ("x", "y", *RATES)]
+    done = [f"{_AXES.get(name, name)} = world {_FROM_ENU[name][0]}" for name in exchanged]
     done += ["psi = pi/2 - yaw"] * ("psi" in turned)
     negative = [name for name in names if _FROM_ENU.get(name, ("", 1.0))[1] < 0.0]
     if negative:

@@ -222,12 +222,12 @@ def _own(sources: list[Source], foreign: Mapping[str, str], notes: list[str]) ->
     left = unneeded(own, theirs)
     for topic, why in foreign.items():
         roles = [source.role for source in sources if source.stream.topic == topic]
-        for verb, part in (
-            ("not taken", [r for r in roles if r in left]),
-            ("taken", [r for r in roles if r not in left]),
+        for verb, more, needless in (
+            ("not taken", "", True),
+            ("taken", ", because no other message tells them", False),
         ):
+            part = [role for role in roles if (role in left) is needless]
             if part:
-                more = "" if verb == "not taken" else ", because no other message tells them"
                 notes.append(f"{' '.join(part)} of {topic} {verb}{more}: by {why} it is of another thing than the boat")
     return [source for source in sources if source.role not in left]
 
@@ -297,16 +297,8 @@ def _best_group(
     command = any(command_kind(role) for role in roles)
 
     def order(group: str) -> tuple[bool, int, int, bool, bool, bool, str]:
-        unsaid = command and not says_command(group)
-        return (
-            group not in own,
-            -len(has[group]),
-            rank[group],
-            2 * count[group] < fullest,
-            unsaid,
-            "odom" not in group,
-            group,
-        )
+        sparse, unsaid = 2 * count[group] < fullest, command and not says_command(group)
+        return group not in own, -len(has[group]), rank[group], sparse, unsaid, "odom" not in group, group
 
     return min(rank, key=order, default="")
 

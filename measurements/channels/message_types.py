@@ -37,28 +37,29 @@ class Meaning:
     within: tuple[float, float] | None = None
 
 
+def _fields(group: str, rank: int, roles: Mapping[str, str], axes: Axes = "ros") -> dict[str, Meaning]:
+    """The numbers of one quantity by their full names, of the last parts of these and their roles."""
+    return {f"{group}{part}": Meaning(role, axes, rank, group) for part, role in roles.items()}
+
+
+_QUATERNION = {axis: f"q{axis}" for axis in "xyzw"}
+
+
 def _pose(prefix: str, rank: int) -> dict[str, Meaning]:
-    position, orientation = f"{prefix}position.", f"{prefix}orientation."
-    found = {position + axis: Meaning(axis, "ros", rank, position) for axis in "xy"}
-    return found | {orientation + axis: Meaning(f"q{axis}", "ros", rank, orientation) for axis in "xyzw"}
+    place = _fields(f"{prefix}position.", rank, {"x": "x", "y": "y"})
+    return place | _fields(f"{prefix}orientation.", rank, _QUATERNION)
 
 
 def _twist(prefix: str, rank: int) -> dict[str, Meaning]:
-    linear, angular = f"{prefix}linear.", f"{prefix}angular."
-    found = {linear + axis: Meaning(role, "ros", rank, linear) for axis, role in (("x", "u"), ("y", "v"))}
-    return found | {f"{angular}z": Meaning("r", "ros", rank, angular)}
+    return _fields(f"{prefix}linear.", rank, {"x": "u", "y": "v"}) | _fields(f"{prefix}angular.", rank, {"z": "r"})
 
 
 def _place(prefix: str) -> dict[str, Meaning]:
-    ends = (("latitude", "lat"), ("longitude", "lon"))
-    return {f"{prefix}{end}": Meaning(role, "ned", 2, prefix) for end, role in ends}
+    return _fields(prefix, 2, {"latitude": "lat", "longitude": "lon"}, "ned")
 
 
-_IMU = {
-    **{f"orientation.{axis}": Meaning(f"q{axis}", "ros", 2, "orientation.") for axis in "xyzw"},
-    "angular_velocity.z": Meaning("r", "ros", 2, "angular_velocity."),
-    **{f"linear_acceleration.{axis}": Meaning(f"a{axis}", "ros", 2, "linear_acceleration.") for axis in "xy"},
-}
+_IMU = _fields("orientation.", 2, _QUATERNION) | _fields("angular_velocity.", 2, {"z": "r"})
+_IMU |= _fields("linear_acceleration.", 2, {"x": "ax", "y": "ay"})
 ENDINGS = _pose("pose.", 1) | _twist("twist.", 1) | _pose("", 2) | _IMU
 """Endings of the names of fields in flattened ROS messages; odometry before sensors."""
 _COMPASS = Meaning("psi", "ned", 3, scale=math.pi / 180.0)

@@ -107,8 +107,7 @@ def recognise(name: Name, frame: str = "") -> Meaning | None:
     if track:
         role, scale = ("sog", _PACES[track["pace"]]) if track["sog"] else ("cog", _ANGLES[track["angle"]])
         return Meaning(role, "ned", 3, f"{name.topic}:track", scale)
-    command = _command(name)
-    return Meaning(command, "log", 2, name.name) if command else None
+    return _command(name)
 
 
 def _by_topic(name: Name) -> Meaning | None:
@@ -121,8 +120,7 @@ def _by_topic(name: Name) -> Meaning | None:
         return None
     if name.topic.endswith("compass_hdg"):
         return Meaning("psi", "ned", 3, name.name, _DEGREES)
-    command = _command(name)
-    return Meaning(command, "log", 2, name.name) if command else None
+    return _command(name)
 
 
 def _propeller(field: str) -> str | None:
@@ -135,13 +133,13 @@ def _propeller(field: str) -> str | None:
     return f"rad_s_{side}" if dot and what == "velocity" and side and _PROPELLERS & set(words) else None
 
 
-def _command(name: Name) -> str | None:
+def _command(name: Name) -> Meaning | None:
     words = _words(name.name)
     if _BANK.search(name.name.lower()) or _NOT_COMMANDS & set(words) or "joint_state" in name.name.lower():
         return None
     kind = next((kind for kind, marks in _KINDS if marks & set(words)), None)
     side = _side(words)
-    return f"{kind}_{side}" if kind and side else None
+    return Meaning(f"{kind}_{side}", "log", 2, name.name) if kind and side else None
 
 
 def like_a_command(name: str) -> bool:

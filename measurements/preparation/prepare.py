@@ -20,7 +20,6 @@ from .resampling import (
     even_grid,
     gap_limit,
     gaps,
-    holes_of,
     is_logged_on_change,
     jumps_in_words,
     jumps_of,
@@ -245,7 +244,7 @@ def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[lis
     jumps = jumps_of(log.channels)
     if jumps:
         notes.append(f"{jumps_in_words(jumps)}; the log is cut there")
-        holes += holes_of(jumps)
+        holes += [(jump.before, jump.after) for jump in jumps]
     spans = segments(start, end, holes) if start < end else []
     kept = [span for span in spans if span[1] - span[0] >= LEAST_SEGMENT]
     if len(kept) < len(spans):

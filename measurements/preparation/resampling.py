@@ -174,11 +174,6 @@ def features(motion: Motion) -> Array:
     return np.column_stack((motion.velocity, np.cos(heading), np.sin(heading), motion.commands))
 
 
-def stacked(motions: Sequence[Motion]) -> Array:
-    """Stack the features of several motions, one below the other."""
-    return np.concatenate([features(motion) for motion in motions])
-
-
 _LEAST = 50
 """Fixes from which the usual step can be told."""
 _NOISE = 10.0
@@ -279,20 +274,14 @@ def _sentence(at: Sequence[int], steps: Array, time: Array) -> list[Jump]:
         if open_row is not None and time[row] - time[open_row] <= _BACK:
             left = np.hypot(*(steps[row] + steps[open_row]))
             if left < _HALF * result[-1].size:
-                if row == open_row + 1:
-                    result.pop()  # a single value: no jump, but a spike
-                else:
-                    result[-1] = replace(result[-1], after=one.after, returns=True)
+                last = result.pop()
+                if row != open_row + 1:  # else a single value: no jump, but a spike
+                    result.append(replace(last, after=one.after, returns=True))
                 open_row = None
                 continue
         result.append(one)
         open_row = row
     return result
-
-
-def holes_of(jumps: Sequence[Jump]) -> list[Span]:
-    """Where a log is cut for jumps, as gaps (start, end) [s]."""
-    return [(jump.before, jump.after) for jump in jumps]
 
 
 def jumps_in_words(jumps: Sequence[Jump]) -> str:
@@ -346,7 +335,7 @@ class Standardisation:
         names = {feature_names(motion) for motion in training}
         if len(names) > 1:
             raise RequestError(f"standardisation: the motions differ in their features: {sorted(names)}.")
-        return cls.of(names.pop(), stacked(training))
+        return cls.of(names.pop(), np.concatenate([features(motion) for motion in training]))
 
     @classmethod
     def of(cls, names: Sequence[str], values: Array) -> "Standardisation":

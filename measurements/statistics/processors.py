@@ -96,14 +96,10 @@ def parallel_map(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     if len(items) < 2:
         return [function(item) for item in items]
 
-    def others() -> list[R]:
-        return [function(item) for item in items[1::2]]
-
-    with run_in_fork(others) as rest:
+    with run_in_fork(lambda: [function(item) for item in items[1::2]]) as others:
         found = [function(item) for item in items[::2]]
-        others_found = rest()
-    every = [*found, *others_found]
-    every[::2], every[1::2] = found, others_found
+        every = [*found, *others()]
+    every[::2], every[1::2] = found, every[len(found) :]
     return every
 
 

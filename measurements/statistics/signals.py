@@ -61,12 +61,7 @@ def low_pass(values: Array, step: float, cutoff: float, order: int, padding: int
     padding : rows by which both ends are continued, as what they mirror with the other sign; at most n - 1
     """
     edge = _warped(np.array(cutoff), step)
-
-    def gain(at: Array) -> Array:
-        with np.errstate(over="ignore"):  # at half the rate, of which nothing is kept
-            return np.asarray(1.0 / (1.0 + (at / edge) ** (2 * order)))
-
-    return _kept(values, step, padding, gain)
+    return _kept(values, step, order, padding, lambda at: at / edge)
 
 
 def band_pass(values: Array, step: float, band: tuple[float, float], order: int, padding: int) -> Array:
@@ -81,12 +76,7 @@ def band_pass(values: Array, step: float, band: tuple[float, float], order: int,
     padding : rows that are mirrored at each end
     """
     low, high = _warped(np.array(band), step)
-
-    def gain(at: Array) -> Array:
-        with np.errstate(divide="ignore", over="ignore"):
-            return np.asarray(1.0 / (1.0 + ((at - low * high / at) / (high - low)) ** (2 * order)))
-
-    return _kept(values, step, padding, gain)
+    return _kept(values, step, order, padding, lambda at: (at - low * high / at) / (high - low))
 
 
 LEAST_CORRELATION = 0.7
@@ -126,7 +116,8 @@ def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
     return result
 
 
-def _kept(values: Array, step: float, padding: int, gain: Callable[[Array], Array]) -> Array:
+def _kept(values: Array, step: float, order: int, padding: int, ratio: Callable[[Array], Array]) -> Array:
+    """Filter values both ways by a Butterworth filter; `ratio` of a warped frequency to its edge is 1 there."""
     rows = values.shape[0]
     even = 1 << max(0, (rows + 2 * padding).bit_length() - _FACTOR)  # a multiple of it has small factors
     spare = min(padding + -(rows + 2 * padding) % even, rows - 1)
@@ -134,7 +125,9 @@ def _kept(values: Array, step: float, padding: int, gain: Callable[[Array], Arra
     whole = np.concatenate([2.0 * values[0] - before, values, 2.0 * values[-1] - after])
     mirrored = np.concatenate([whole, whole[::-1]])  # so that its end meets its beginning
     at = _warped(np.asarray(np.fft.rfftfreq(mirrored.shape[0], step), dtype=float), step)
-    share = gain(at).reshape(-1, *(1,) * (values.ndim - 1))
+    with np.errstate(divide="ignore", over="ignore"):  # at no frequency and at half the rate, of which nothing is kept
+        gain = np.asarray(1.0 / (1.0 + ratio(at) ** (2 * order)))
+    share = gain.reshape(-1, *(1,) * (values.ndim - 1))
     found = np.fft.irfft(np.fft.rfft(mirrored, axis=0) * share, mirrored.shape[0], axis=0)
     return np.asarray(found[padding : padding + rows])
 
