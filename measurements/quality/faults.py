@@ -21,7 +21,7 @@ from ...physics.vehicle import Vehicle
 from ..channels.channel_map import Entry
 from ..statistics.blocks import numbered_on, student
 from .quick_motion import rates_in_band
-from .record import RATE, Finding, Fix, Reach, Record, Verdict
+from .record import RATE, About, Finding, Fix, Reach, Record, Verdict
 
 OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
@@ -359,18 +359,13 @@ class Fault:
         words: Words = self.kind.value
         known = {"names": " and ".join(self.channels), "share": self.size.share, "weight": self.size.weight}
         known |= {"are": "are" if len(self.channels) > 1 else "is", **self.facts}
-        return Finding(
-            check=words.check,
-            verdict=verdict,
-            sentence=words.sentence.format(**known),
-            value=self.size.share.value if self.value is None else self.value,
-            unit=self.unit or words.unit,
-            ci95=self.ci95,
-            channels=self.channels,
+        value, unit = self.size.share.value if self.value is None else self.value, self.unit or words.unit
+        return About(words.check, self.channels, value, unit, self.ci95, dict(self.parts)).finding(
+            verdict,
+            words.sentence.format(**known),
             consequence=words.consequence.format(**known),
             remedy=words.remedy.format(**known),
             fix=self.fix,
-            parts=dict(self.parts),
             short=words.short.format(**known),
             reach=Reach.LOG,
             mends=dict(self.mends),
@@ -455,15 +450,10 @@ def misplaced(turned: frozenset[str], moved: frozenset[str]) -> Altered:
     """The fault that the thrusters of some channels push the other way, and those of some sit on the other side."""
 
     def alter(vehicle: Vehicle, motion: Motion) -> tuple[Vehicle, Motion]:
-        thrusters = tuple(
-            one.model_copy(
-                update={
-                    "scale": -one.scale if one.channel in turned else one.scale,
-                    "y": -one.y if one.channel in moved else one.y,
-                }
-            )
-            for one in vehicle.thrusters
-        )
-        return vehicle.model_copy(update={"thrusters": thrusters}), motion
+        thrusters = []
+        for one in vehicle.thrusters:
+            scale, y = -one.scale if one.channel in turned else one.scale, -one.y if one.channel in moved else one.y
+            thrusters.append(one.model_copy(update={"scale": scale, "y": y}))
+        return vehicle.model_copy(update={"thrusters": tuple(thrusters)}), motion
 
     return alter

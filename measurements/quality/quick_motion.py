@@ -13,7 +13,7 @@ from ...physics.motion import Array, Motion
 from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..statistics.signals import band_passed, noise_level
-from .record import RATE, STEP, Record, Stretch, channels_called, command_names, computed_once
+from .record import RATE, STEP, Record, Stretch, command_names, computed_once, values_called
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -37,8 +37,7 @@ def neutral_of(records: Sequence[Record], name: str) -> float | None:
 
 
 def _neutral(records: Sequence[Record], name: str) -> float | None:
-    rest = [one for record in records if (one := _resting(record, name)).size]
-    values = np.concatenate(rest) if rest else np.zeros(0)
+    values = np.concatenate([_resting(record, name) for record in records])
     if not values.size:
         return None
     _, which, counts = np.unique(np.rint(values / _rounding(records, name)), return_inverse=True, return_counts=True)
@@ -51,31 +50,25 @@ def centre_of(records: Sequence[Record], name: str) -> float:
     neutral = neutral_of(records, name)
     if neutral is not None:
         return neutral
-    values = [channel.value for channel in channels_called(records, name)]
-    return float(np.median(np.concatenate(values)))
+    return float(np.median(values_called(records, name)))
 
 
 def stands_still(records: Sequence[Record], name: str) -> bool:
     """True when a command has one value in all rows of all logs."""
-    values = [channel.value for channel in channels_called(records, name)]
-    ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
-    return ends <= _rounding(records, name)
+    return bool(np.ptp(values_called(records, name)) <= _rounding(records, name))
 
 
 def _rounding(records: Sequence[Record], name: str) -> float:
     """Difference between values of a command that is none, in its unit."""
-    sizes = [np.abs(record.log.channels[name].value).max() for record in records if name in record.log.channels]
-    return _DIGITS * float(max(sizes)) or 1.0
+    return _DIGITS * float(np.abs(values_called(records, name)).max()) or 1.0
 
 
 def _resting(record: Record, name: str) -> Array:
     """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
-    if name not in record.commands:
+    if name not in record.commands or not record.stretches:
         return np.zeros(0)
     column = record.commands.index(name)
     speeds = [np.abs(s.motion.velocity) for s in record.stretches]
-    if not speeds:
-        return np.zeros(0)
     top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
     found, rounding = [], _rounding([record], name)
     for stretch, speed in zip(record.stretches, speeds, strict=True):

@@ -7,9 +7,9 @@ evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked fo
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypedDict, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -264,6 +264,11 @@ def channels_called(records: Sequence[Record], name: str) -> list[Channel]:
     return [record.log.channels[name] for record in records if name in record.log.channels]
 
 
+def values_called(records: Sequence[Record], name: str) -> Array:
+    """All values of the channels of a name, of the logs that have one, in their order."""
+    return np.concatenate([channel.value for channel in channels_called(records, name)])
+
+
 def computed_once(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
     """Compute something of some records once, whichever check asks for it first.
 
@@ -392,6 +397,55 @@ class Finding(file_records.Record):
     def cure(self) -> str:
         """The remedy as a sentence without its end; empty where there is none."""
         return _capital(self.remedy)
+
+
+class _More(TypedDict, total=False):
+    """Further fields of a `Finding`."""
+
+    channels: tuple[str, ...]
+    value: float | None
+    unit: str
+    ci95: tuple[float, float] | None
+    parts: Mapping[str, float | str]
+    consequence: str
+    remedy: str
+    fix: Fix | None
+    short: str
+    reach: Reach
+    mends: Mapping[str, Entry | None]
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a check looked at and measured, of which findings are made; see `Finding` for the attributes."""
+
+    check: str
+    channels: tuple[str, ...] = ()
+    value: float | None = None
+    unit: str = ""
+    ci95: tuple[float, float] | None = None
+    parts: Mapping[str, float | str] = field(default_factory=dict)
+
+    def finding(self, verdict: Verdict, sentence: str, **more: Unpack[_More]) -> Finding:
+        """A finding on it, of which further fields may be given, also in place of its own."""
+        known: dict[str, Any] = {part.name: getattr(self, part.name) for part in fields(self)}
+        return Finding(verdict=verdict, sentence=sentence, **{**known, **more})
+
+    def ok(self, sentence: str, **more: Unpack[_More]) -> Finding:
+        """The finding that nothing is wrong."""
+        return self.finding("ok", sentence, **more)
+
+    def untold(self, sentence: str, **more: Unpack[_More]) -> Finding:
+        """The finding that the log cannot tell."""
+        return self.finding("cannot tell", sentence, **more)
+
+    def note(self, sentence: str, **more: Unpack[_More]) -> Finding:
+        """The finding of something that is good to know."""
+        return self.finding("note", sentence, **more)
+
+    def warning(self, sentence: str, **more: Unpack[_More]) -> Finding:
+        """The finding of something that makes results worse."""
+        return self.finding("warning", sentence, **more)
 
 
 def _capital(text: str) -> str:

@@ -19,7 +19,7 @@ from ..statistics.signals import band_passed
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere, unexplained_shares
 from .quick_motion import centre_of, stands_still
-from .record import STEP, Record, Stretch, channels_called, command_names, computed_once
+from .record import STEP, Record, Stretch, command_names, computed_once, values_called
 
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
 """The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
@@ -257,16 +257,12 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     near = np.flatnonzero((lags * STEP >= _earliest(row)) & (lags * STEP <= SLOW))
     # The delays at which a sound log may be are always tried: they need not be an optimum.
     tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
-    full = {name: _full(records, name, centre[name]) for name in names}
+    full = {name: float(np.abs(values_called(records, name) - centre[name]).max()) for name in names}
     found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]], row) for k in tried]
     if found[0].residual_squares.size < _LEAST_BLOCKS:
         return None
-    stepped = next((trial for trial in found if trial.in_step), None)
-    return Trials(
-        found[0],
-        tuple(one for one in found[1:] if not surely_more(one.residual_squares, found[0].residual_squares)),
-        stepped,
-    )
+    rivals = [one for one in found[1:] if not surely_more(one.residual_squares, found[0].residual_squares)]
+    return Trials(found[0], tuple(rivals), next((trial for trial in found if trial.in_step), None))
 
 
 def _scores(left: Array) -> Array:
@@ -360,13 +356,10 @@ def _trial(
     stretch = np.concatenate([table.stretch[margin : table.stretch.size - margin] for table in tables])
     beside_drag = [np.column_stack([commands, drag[:, own]]) for own in _DRAG]
     surge, yaw = (robust_fit(columns, changes[:, axis], stretch) for axis, columns in enumerate(beside_drag))
-    size = np.sqrt((commands**2).mean(axis=0))
-    told = {}
+    size, told = np.sqrt((commands**2).mean(axis=0)), {}
+    powers = [max(np.sqrt((column**2).mean()), 1e-300) for column in changes.T]
     for k, name in enumerate(full):
-        both = [
-            _coefficient(fit, k, size[k] / max(np.sqrt((changes[:, axis] ** 2).mean()), 1e-300))
-            for axis, fit in enumerate((surge, yaw))
-        ]
+        both = [_coefficient(fit, k, size[k] / power) for fit, power in zip((surge, yaw), powers, strict=True)]
         told[name] = Answer(*(full[name] * number for part in both for number in part))
     _, number = np.unique(stretch, return_inverse=True)
     count = int(number.max()) + 1 if number.size else 0
@@ -377,11 +370,6 @@ def _trial(
         left += np.bincount(number, rest**2, count) / scale[axis] * count
     fitted = Fitted(tuple(full), changes / np.sqrt(size), tuple(beside_drag), number)
     return Trial(lag * STEP, told, left, row, fitted)
-
-
-def _full(records: Sequence[Record], name: str, centre: float) -> float:
-    values = [channel.value for channel in channels_called(records, name)]
-    return max(float(np.abs(value - centre).max()) for value in values)
 
 
 def _coefficient(fit: Fit, place: int, size: float) -> tuple[float, float]:
@@ -422,10 +410,6 @@ class Expected:
         """True when nothing speaks against the way it pushes."""
         return answer.ahead * self.push >= 0
 
-    def turns_as(self, answer: Answer) -> bool:
-        """True when nothing speaks against the way it turns the boat."""
-        return answer.turn * self.push * self.side >= 0
-
 
 def expected_of(records: Sequence[Record], names: Sequence[str]) -> dict[str, Expected]:
     """By command; of the vehicle's own where it has some of them, since no other moves its model."""
@@ -440,7 +424,7 @@ def expected_of(records: Sequence[Record], names: Sequence[str]) -> dict[str, Ex
 def as_expected(told: Mapping[str, Answer], expected: Mapping[str, Expected]) -> bool:
     """True when no command pushes or turns the boat the other way."""
     pairs = [(answer, expected[name]) for name, answer in told.items() if name in expected]
-    return all(e.ahead_as(a) and e.turns_as(a) for a, e in pairs)
+    return all(e.ahead_as(a) and a.turn * e.push * e.side >= 0 for a, e in pairs)
 
 
 def explained_as_expected(records: Sequence[Record]) -> bool:

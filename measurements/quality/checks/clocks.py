@@ -13,7 +13,20 @@ from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import QUICK_ROW, STEP, Channels, Check, Finding, Fix, Found, Record, Stretch, altered, command_names
+from ..record import (
+    QUICK_ROW,
+    STEP,
+    About,
+    Channels,
+    Check,
+    Finding,
+    Fix,
+    Found,
+    Record,
+    Stretch,
+    altered,
+    command_names,
+)
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
 _INSTEP = 0.03
@@ -130,10 +143,9 @@ def _sure(lag: Lag | None) -> bool:
 def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: Sequence[Record]) -> Finding:
     """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
     names = pair.channels[:1]
-    finding = partial(Finding, check="clocks", unit="s", channels=names)
+    about = About("clocks", names, unit="s")
     if lag is None or not _sure(lag):
-        text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
-        return finding(verdict="cannot tell", sentence=text)
+        return about.untold(f"too little motion to tell whether {pair.late} is in step with {pair.reference}")
     low, high = lag.ci95
     in_step = low <= pair.in_step and high >= -pair.in_step
     if in_step or not lag.size.share.low > 0.0:
@@ -141,7 +153,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: 
         if not in_step or max(high, -low) > COARSE:
             verdict = "cannot tell"
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
-        return finding(verdict=verdict, sentence=text, value=lag.seconds, ci95=lag.ci95)
+        return about.finding(verdict, text, value=lag.seconds, ci95=lag.ci95)
     over_ground = [_late_over_ground(record) for record in records] if "v" in pair.channels else [0.0]
     seconds = float(np.median(over_ground)) if all(over_ground) else lag.seconds
     spread = [one.seconds for one in each]
@@ -168,19 +180,18 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     if not names:
         return []
     channels, found = tuple(names), trials(records)
-    finding = partial(Finding, check="clocks", unit="s", channels=channels)
-    unsure = partial(finding, verdict="cannot tell")
+    about = About("clocks", channels, unit="s")
     far = [one.best.seconds for one in found if not one.best.in_step]
     if far and not all(one.late for one in found):
         text = f"the boat may answer its commands {_when(far[0])}, or in step: the log is explained alike"
-        return [unsure(sentence=text, value=far[0])]
+        return [about.untold(text, value=far[0])]
     row = row_of(records, [name for name in names if not stands_still(records, name)])
     pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0, row)
     if pooled is None and far:
         pooled = float(np.median(far)), COARSE
     if pooled is None:
         text = "the commands say too little about the motion to tell whether they are in step with it"
-        return [unsure(sentence=text)]
+        return [about.untold(text)]
     seconds, error = pooled
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
@@ -188,7 +199,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         if size is None or size.share.warns:
             return [_early(seconds, ends, channels)]
         text = f"the boat may answer its commands {_when(seconds)}, or in step, where the vehicle has it"
-        return [unsure(sentence=text, value=seconds)]
+        return [about.untold(text, value=seconds)]
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
     # programme may keep step, all of it.
     before = row if row > 1.5 * COARSE else 0.5 * row
@@ -196,22 +207,22 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         if ends[0] < -COARSE - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
-            return [unsure(sentence=text, value=seconds, ci95=ends)]
+            return [about.untold(text, value=seconds, ci95=ends)]
         either = [one for one in found if one.contrary]
         if either:  # the same alternatives as those of `Sides`, which tells which way the thrusters push in each
             told = " or ".join(_when(one.seconds) for one in (either[0].best, *either[0].contrary[:2]))
             text = f"when the boat answers its commands hangs on which way its thrusters push: {told}"
-            return [unsure(sentence=text, value=seconds)]
+            return [about.untold(text, value=seconds)]
         text = f"the boat answers its commands {_when(seconds, 2)}"
         if seconds < 0.0:
             text = f"the boat answers its commands in the same row of {row:.2g} s"
-        return [finding(verdict="ok", sentence=text, value=seconds, ci95=ends)]
+        return [about.ok(text, value=seconds, ci95=ends)]
     size = _size_of_delay(records, found, seconds, row)
     if size is not None and not size.share.low > 0.0:
         text = (
             f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
         )
-        return [unsure(sentence=text, value=seconds)]
+        return [about.untold(text, value=seconds)]
     moved = "" if size is None else f" (moved there, they explain {size.share} of what is left of surge and yaw)"
     none = Share(0.0, np.inf)
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}
@@ -238,15 +249,8 @@ def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: 
 
 def _early(seconds: float, ends: tuple[float, float], channels: tuple[str, ...]) -> Finding:
     """The commands are stamped early, or the boat is slower than any; which of the two, a person knows."""
-    return Finding(
-        check="clocks",
-        verdict="warning",
-        sentence=f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the "
-        "stamps are early",
-        value=seconds,
-        unit="s",
-        ci95=ends,
-        channels=channels,
+    return About("clocks", channels, seconds, "s", ends).warning(
+        f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the stamps are early",
         consequence=f"no delay beyond {SLOW:.0f} s is looked for, so what is found explains it by something else",
         remedy=f"move the commands by {seconds:+.2f} s or less",
         short=f"the boat answers its commands {seconds:.1f} s after them",

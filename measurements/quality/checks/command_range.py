@@ -14,7 +14,7 @@ from ....physics.presentation import listing, percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
-from ..record import Check, Finding, Found, Reach, Record
+from ..record import About, Check, Found, Reach, Record, values_called
 
 _OVER = 0.02
 """Share of the curve's reach up to which a command beyond its end is rounding."""
@@ -64,7 +64,7 @@ def _range(records: Sequence[Record]) -> Found:
     if not having or not beyond:
         text = "no command goes beyond the end of its thruster's curve"
         names = tuple(t.channel for t in having)
-        return [Finding(check="command range", verdict="ok", sentence=text, channels=names)] if having else []
+        return [About("command range", names).ok(text)] if having else []
     names = tuple(one.thruster.channel for one in beyond)
     told = "; ".join(one.sentence for one in beyond)
     factors, weighed = _best_factors(records, beyond)
@@ -73,13 +73,9 @@ def _range(records: Sequence[Record]) -> Found:
     sure = weighed is not None and weighed.share.low > OVERWHELMING
     scaled = listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
     size = "" if weighed is None else f"; scaled by {scaled}, they explain {weighed.share} more of the motion"
-    return Finding(
-        check="command range",
-        verdict="defect" if sure else "warning",
-        sentence=f"{told}{size}",
-        value=max(one.ratio for one in beyond),
-        unit="1",
-        channels=names,
+    return About("command range", names, max(one.ratio for one in beyond), "1").finding(
+        "defect" if sure else "warning",
+        f"{told}{size}",
         consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
         remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
         "their curves in the vehicle file",
@@ -93,8 +89,7 @@ def _range(records: Sequence[Record]) -> Found:
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:
     """What a thruster's commands do beyond its curve; None where they do not leave it, or hardly ever."""
-    channels = [record.log.channels[thruster.channel] for record in records if thruster.channel in record.log.channels]
-    values = np.concatenate([channel.value for channel in channels])
+    values = values_called(records, thruster.channel)
     at = command_of(thruster, np.array([-1.0, 0.0, 1.0]))
     neutral = float(at[1])
     curve = thruster.curve

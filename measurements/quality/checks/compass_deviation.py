@@ -1,7 +1,7 @@
 """Check of the compass: its deviation against the course over ground."""
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ...compass import Compass, compass_of
 from ...preparation.resampling import smooth
 from ...statistics.blocks import CI
 from ..faults import Size, blocks_of, size_of, squared_held_out
-from ..record import Check, Finding, Found, Record
+from ..record import About, Check, Found, Record
 
 _SLOW = 0.5
 """Drift is slower than this [Hz]; what is faster is the noise of positions."""
@@ -28,23 +28,23 @@ def _deviation(records: Sequence[Record]) -> Found:
     every = [stretch.motion for record in having for stretch in record.stretches]
     motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
     compass = compass_of(motions)
-    finding = partial(Finding, check="compass", unit="deg", channels=("psi",))
+    about = About("compass", ("psi",), unit="deg")
     if not np.isfinite(compass.error) or compass.lazy:
-        return finding(verdict="cannot tell", sentence=compass.sentence)
+        return about.untold(compass.sentence)
     size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
     ends = max(0.0, size - CI * error), size + CI * error
     coefficients = {"constant": compass.constant, "sin": compass.sine, "cos": compass.cosine}
     parts = {name: float(np.degrees(value)) for name, value in coefficients.items()}
-    measured = partial(finding, value=size, ci95=ends)
+    measured = replace(about, value=size, ci95=ends)
     beside = _beside_drift(motions, compass)
     if not compass.plain or ends[0] < _LEAST or not (beside.share.warns and beside.weight.warns):
         text = compass.doubt if compass.plain else compass.sentence
-        return measured(verdict="ok" if compass.sound else "cannot tell", sentence=text, parts=parts)
+        return measured.finding("ok" if compass.sound else "cannot tell", text, parts=parts)
     by = "this curve" if compass.curve_known else "the curve through these headings"
     fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
-    return measured(
-        verdict="defect",
-        sentence=compass.sentence,
+    return measured.finding(
+        "defect",
+        compass.sentence,
         consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
         "force in sway can be learned",
         remedy=f"calibrate the compass; discover corrects the heading by {by} and judges no sway force",

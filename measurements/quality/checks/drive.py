@@ -15,7 +15,7 @@ from ....physics.thrusters import command_of, resting_commands
 from ...statistics.signals import band_passed
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
-from ..record import RATE, STEP, Check, Finding, Found, Record, channels_called, thruster_of
+from ..record import RATE, STEP, About, Check, Finding, Found, Record, channels_called, thruster_of
 from ..response import explained_as_expected, side_of
 
 _LAGS = 3.0
@@ -100,14 +100,9 @@ def _held_of_mirrored_pair(records: Sequence[Record], parts: Sequence[Part], nam
         if seconds < max(FEWEST * BLOCK, 0.5 * whole) or _rests_or_saturates(records, names[place]):
             continue
         result.append(
-            Finding(
-                check="drive",
-                verdict="warning",
-                sentence=f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the "
+            About("drive", (names[place],), seconds, "s").warning(
+                f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the "
                 "other side moves; whether its thruster was held, or its record is frozen, the log cannot tell",
-                value=seconds,
-                unit="s",
-                channels=(names[place],),
                 consequence=_HELD,
                 remedy="make sure that this thruster was held, or leave those parts of the log out",
                 short=f"{names[place]} stands still beside its twin",
@@ -212,7 +207,7 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
             "cause in them, but speeds that are made of positions cannot tell"
         )
         short = "the commands are of this run and of this boat"
-        return Finding(check="drive", verdict="cannot tell", sentence=text, channels=tuple(names), short=short)
+        return About("drive", tuple(names)).untold(text, short=short)
     facts = {"names": ", ".join(names), "reach": _LAGS, "share": unanswered}
     return Fault(Kind.OTHER_RUN, tuple(names), found, facts).ruled()
 
@@ -276,17 +271,13 @@ def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
     still = [name for k, name in enumerate(names) if all(part.stands[:, k].all() for part in parts)]
     if still:
         short = f"{' and '.join(still)} never changes"
-        return Finding(
-            check="drive",
-            verdict="note",
-            sentence=f"{short}; whether the thruster worked, the log cannot tell",
-            channels=tuple(still),
+        return About("drive", tuple(still)).note(
+            f"{short}; whether the thruster worked, the log cannot tell",
             consequence=_HELD,
             remedy="make sure that this thruster was idle or held",
             short=short,
         )
-    text = "no thruster works while its record stands still"
-    return Finding(check="drive", verdict="ok", sentence=text, channels=tuple(names))
+    return About("drive", tuple(names)).ok("no thruster works while its record stands still")
 
 
 DRIVE = Check("drive", _examine)

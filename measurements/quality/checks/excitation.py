@@ -4,7 +4,6 @@ Of a long log it is told of the pieces of it that are looked at.
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from ....physics import file_records
 from ....physics.file_records import Number
 from ....physics.motion import Array, Motion
-from ..record import Check, Finding, Found, Record
+from ..record import About, Check, Found, Record
 
 _ASTERN = -0.05
 """Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""
@@ -102,15 +101,13 @@ def _examine(records: Sequence[Record]) -> Found:
     motions = tuple(stretch.motion for stretch in stretches)
     if not motions:
         why = next((record.why_not for record in records if record.why_not), "there is no motion in it")
-        text = f"no motion can be made of the log: {why}"
-        return Finding(check="excitation", verdict="cannot tell", sentence=text, value=0.0, unit="s")
+        return About("excitation", value=0.0, unit="s").untold(f"no motion can be made of the log: {why}")
     seen = excitation_of(motions, [stretch.portion.weight for stretch in stretches])
     parts = {name: getattr(seen, name) for name in ("astern", "turning_to_starboard", "turning_to_port")}
-    finding = partial(Finding, check="excitation", value=seen.seconds, unit="s", parts=parts)
+    about = About("excitation", value=seen.seconds, unit="s", parts=parts)
     found = [
-        finding(
-            verdict="note",
-            sentence=sentence.rstrip("."),
+        about.note(
+            sentence.rstrip("."),
             channels=("u",) if "astern" in sentence else ("r",),
             consequence="what a model fitted to this log says of it is not sure",
             remedy="record it, or give a log in which the boat does it",
@@ -119,14 +116,13 @@ def _examine(records: Sequence[Record]) -> Found:
     ]
     if seen.seconds < _LITTLE:
         found.append(
-            finding(
-                verdict="note",
-                sentence=f"only {seen.seconds:.0f} s of usable motion",
+            about.note(
+                f"only {seen.seconds:.0f} s of usable motion",
                 consequence="few effects can be told apart",
                 remedy="give several logs together, or record five minutes",
             )
         )
-    return found or [finding(verdict="ok", sentence=f"{seen.seconds:.0f} s ahead and astern, turning to both sides")]
+    return found or [about.ok(f"{seen.seconds:.0f} s ahead and astern, turning to both sides")]
 
 
 EXCITATION = Check("excitation", _examine)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
-from ..record import Check, Finding, Fix, Found, Reach, Record
+from ..record import About, Check, Fix, Found, Reach, Record
 
 
 def _jumps(records: Sequence[Record]) -> Found:
@@ -16,19 +16,14 @@ def _jumps(records: Sequence[Record]) -> Found:
         return []
     found = [(record, jumps) for record in records if (jumps := jumps_of(record.log.channels))]
     if not found:
-        return Finding(check="jumps", verdict="ok", sentence="the positions never jump", channels=("x", "y"))
+        return About("jumps", ("x", "y")).ok("the positions never jump")
     every = [jump for _, jumps in found for jump in jumps]
     fix = None
     if len(records) == 1:
         words = "no position is kept where they jump, so that the log is cut into stretches"
         fix = Fix(words, partial(without_jumps, jumps=every))
-    return Finding(
-        check="jumps",
-        verdict="warning",
-        sentence=jumps_in_words(every),
-        value=max(jump.size for jump in every),
-        unit="m",
-        channels=("x", "y"),
+    return About("jumps", ("x", "y"), max(jump.size for jump in every), "m").warning(
+        jumps_in_words(every),
         consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
         "cut there into stretches, and no motion goes across",
         fix=fix,

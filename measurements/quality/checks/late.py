@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ....physics.motion import Array
 from ...canonical import Channel
 from ...statistics.signals import noise_of_differences
-from ..record import Channels, Check, Finding, Fix, Found, Reach, Record
+from ..record import About, Channels, Check, Fix, Found, Reach, Record
 
 LEAST = 20
 """Fixes of a moving boat from which something can be said."""
@@ -236,16 +236,14 @@ def _late(records: Sequence[Record]) -> Found:
     every = [fixes_of(record.log.channels) for record in records]
     known = [fixes for fixes in every if fixes is not None and not fixes.digit]
     found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= LEAST]
-    finding = partial(Finding, check="late fixes", channels=("x", "y"))
+    about = About("late fixes", ("x", "y"))
     if not found:
-        text = "the boat moves too little, or positions are too coarse, to tell whether fixes come late"
-        return finding(verdict="cannot tell", sentence=text)
+        return about.untold("the boat moves too little, or positions are too coarse, to tell whether fixes come late")
     off = np.concatenate([fixes.off for fixes in found])
     share = float(off.mean())
-    finding = partial(finding, value=share, unit="1")
+    about = replace(about, value=share, unit="1")
     if share < _OFTEN:
-        text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
-        return finding(verdict="ok", sentence=text)
+        return about.ok(f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)")
     late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
     slopes = [(s, np.count_nonzero(f.off & f.moving)) for f in found if (s := f.slope) is not None]
     each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
@@ -253,34 +251,24 @@ def _late(records: Sequence[Record]) -> Found:
     where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
     told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
     row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
-    if late < _ROW * row:
-        text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
-        return finding(verdict="note", sentence=text)
-    if not slopes:
-        text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
-        return finding(verdict="cannot tell", sentence=text)
-    slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
-    if slope > _REAL:
-        text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
-        return finding(verdict="note", sentence=text)
-    spikes = max(f.spikes for f in found)
+    slope = sum(s * n for s, n in slopes) / max(sum(n for _, n in slopes), 1)
     between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
-    if between > _JITTER:
-        text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
-        return finding(verdict="note", sentence=text)
-    noise = min(f.noise_speed for f in found)
-    if spikes < noise:
-        text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
-        return finding(verdict="note", sentence=text)
-    return finding(
-        verdict="defect",
-        sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
+    spikes, noise = max(f.spikes for f in found), min(f.noise_speed for f in found)
+    for doubtful, why in (
+        (late < _ROW * row, f": the stamps jitter, and no fix is late by a row of {row:.2g} s"),
+        (not slopes, "; the boat moves too little there to tell whether the fixes or their stamps are off"),
+        (slope > _REAL, ", and the boat moves as the stamps say: the fixes are irregular, their stamps are right"),
+        (between > _JITTER, ", and more still by half of that: the stamps jitter, and no fix is late by a row"),
+        (spikes < noise, f"; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"),
+    ):
+        if doubtful:
+            return about.finding("note" if slopes or late < _ROW * row else "cannot tell", told + why)
+    return about.finding(
+        "defect",
+        f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
         consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
         remedy="put late fixes back on their beat",
-        fix=Fix(
-            f"late fixes put back on their beat of {found[0].beat:.3g} s",
-            partial(at_fixes, taken=Fixes.retimed),
-        ),
+        fix=Fix(f"late fixes put back on their beat of {found[0].beat:.3g} s", partial(at_fixes, taken=Fixes.retimed)),
         parts={"late": late, "spikes": spikes},
         short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
         reach=Reach.SECONDS,

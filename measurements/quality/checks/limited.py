@@ -15,7 +15,7 @@ from ....physics.motion import Array
 from ...statistics.blocks import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, STEP, Check, Finding, Found, Record
+from ..record import RATE, STEP, About, Check, Found, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
@@ -65,12 +65,11 @@ def _examine(records: Sequence[Record]) -> Found:
                 found.append((Size(told[0], slowly), told[1], names[k]))
     if not any(size.likely for size, *_ in found):
         text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
-        return Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))
+        return About("limited", tuple(names)).ok(text)
     size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
     facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
     sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
-    told = Fault(Kind.CUT, sure, size, facts).ruled()
-    return [] if told is None else [told]
+    return Fault(Kind.CUT, sure, size, facts).ruled()
 
 
 _CUT = "their record is cut at a limit, and the thrusters worked beyond it"

@@ -1,15 +1,14 @@
 """The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, kind_of
 from ..quick_motion import neutral_of
-from ..record import Check, Finding, Found, Record, channels_called, command_names
+from ..record import About, Check, Finding, Found, Record, command_names, values_called
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
@@ -30,36 +29,37 @@ def _neutral(records: Sequence[Record]) -> Found:
     found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
     if not found:
         text = "the boat is never at rest with a steady command; the neutral PWM is not known"
-        return Finding(check="neutral", verdict="cannot tell", sentence=text, channels=tuple(names))
-    values = np.concatenate([channel.value for name in names for channel in channels_called(records, name)])
+        return About("neutral", tuple(names)).untold(text)
+    values = np.concatenate([values_called(records, name) for name in names])
     lows, highs = float(values.min()), float(values.max())
-    finding = partial(Finding, check="neutral", unit="us", parts={**found, "lowest": lows, "highest": highs})
+    about = About("neutral", unit="us", parts={**found, "lowest": lows, "highest": highs})
     zeros = _zeros(records, found)
     if zeros:
-        return _compared(finding, found, zeros, f"range {lows:.0f} to {highs:.0f}")
+        return _compared(about, found, zeros, f"range {lows:.0f} to {highs:.0f}")
     off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
     told = _listed(found)
     value = float(np.median(list((off or found).values())))
-    finding = partial(finding, value=value, channels=tuple(off or found))
+    about = replace(about, value=value, channels=tuple(off or found))
     if not off:
-        return finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")
-    warning = partial(finding, verdict="warning", short=f"neutral PWM is {value:g} us")
+        return about.ok(f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")
     least = min(abs(end - value) for end in (lows, highs))
-    curve = f"set the curve's zero in the vehicle file to {value:g}"
+    curve, short = f"set the curve's zero in the vehicle file to {value:g}", f"neutral PWM is {value:g} us"
     if least <= _AT_END * (highs - lows):
-        return warning(
-            sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+        return about.warning(
+            f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
             consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
             remedy=curve,
+            short=short,
         )
     low, high = LIMITS["pwm"]
     mapped = f", or map each with 'offset: {USUAL - value:+g}'"
     fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
-    return warning(
-        sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+    return about.warning(
+        f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
         consequence=f"a model with its zero at {USUAL:.0f} pushes with "
         f"{100.0 * abs(value - USUAL) / least:.1f} % of the command at rest, and ahead and astern seem unlike",
         remedy=f"{curve}, as init does{mapped * fits}",
+        short=short,
     )
 
 
@@ -100,28 +100,25 @@ def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, _
     return zeros
 
 
-def _compared(
-    about: Callable[..., Finding], found: Mapping[str, float], zeros: Mapping[str, _Zero], reach: str
-) -> Finding:
+def _compared(about: About, found: Mapping[str, float], zeros: Mapping[str, _Zero], reach: str) -> Finding:
     """The neutral beside what says where it must be. Nothing is shifted: which of the two is right, a person knows."""
     off = {n: value for n, value in found.items() if n in zeros and zeros[n].off(value) >= _OFF}
     name = next(iter(off or zeros))
     value, zero = found[name], zeros[name]
-    finding = partial(about, value=value, channels=tuple(off or found))
+    about = replace(about, value=value, channels=tuple(off or found))
     curve = f"set the curve's zero in the vehicle file to {value:g}"
     if off:
         moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
-        return finding(
-            verdict="warning",
-            sentence=f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; {reach}",
+        return about.warning(
+            f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; {reach}",
             consequence="a model pushes at rest, and ahead and astern seem unlike",
             remedy=f"{curve}, or map {moves} if the log was not shifted already",
             short=f"neutral PWM is {value:g} us, not {zero}",
         )
     known = zero.by_vehicle or abs(value - USUAL) < _OFF
-    return finding(
-        verdict="ok" if known else "note",
-        sentence=f"neutral PWM is {_listed(found)}, {reach}; {zero.words} there",
+    return about.finding(
+        "ok" if known else "note",
+        f"neutral PWM is {_listed(found)}, {reach}; {zero.words} there",
         remedy="" if known else f"{curve}; --vehicle V tells whether it is",
     )
 

@@ -1,13 +1,12 @@
 """Check of the sampling: rates of the channels, their jitter, and gaps."""
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
-from ..record import Check, Finding, Found, Record, Verdict
+from ..record import About, Check, Found, Record, Verdict
 
 _SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""
@@ -26,7 +25,7 @@ def _rates(records: Sequence[Record]) -> Found:
             rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
             jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
     if not rates:
-        return Finding(check="rates", verdict="cannot tell", sentence="no channel of motion has two samples", unit="Hz")
+        return About("rates", unit="Hz").untold("no channel of motion has two samples")
     slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
     value = float(rates[slowest])
     told = f"motion is sampled at {value:.3g} Hz"
@@ -44,16 +43,8 @@ def _rates(records: Sequence[Record]) -> Found:
         told = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
         wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
         remedy = "log the stamp of the measurement and not that of its arrival"
-    return Finding(
-        check="rates",
-        verdict=verdict,
-        sentence=told,
-        value=value,
-        unit="Hz",
-        channels=channels,
-        consequence=wrong,
-        remedy=remedy,
-        parts={name: float(rate) for name, rate in rates.items()},
+    return About("rates", channels, value, "Hz", parts={name: float(rate) for name, rate in rates.items()}).finding(
+        verdict, told, consequence=wrong, remedy=remedy
     )
 
 
@@ -71,17 +62,17 @@ def _gaps(records: Sequence[Record]) -> Found:
             here += found
         lost += _union(here)
         whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
-    finding = partial(Finding, check="gaps", unit="1")
+    about = About("gaps", unit="1")
     names = tuple(name for name, found in holes.items() if found)
     if not names:
-        return finding(verdict="ok", sentence="no gaps", value=0.0)
+        return about.ok("no gaps", value=0.0)
     share = lost / whole if whole > 0.0 else 1.0
     longest = max(high - low for found in holes.values() for low, high in found)
     count = max(len(found) for found in holes.values())
     text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
-    return finding(
-        verdict="warning" if share > _MUCH else "note",
-        sentence=text,
+    return about.finding(
+        "warning" if share > _MUCH else "note",
+        text,
         value=share,
         channels=names,
         consequence="the log falls into stretches there; those under 5 s are lost",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import MOTION, Channel
-from ..record import Channels, Check, Finding, Fix, Found, Record, altered
+from ..record import About, Channels, Check, Finding, Fix, Found, Record, altered
 
 _OF_MOTION = (*MOTION, "ax", "ay")
 _LEAST_ROWS = 200
@@ -40,28 +40,23 @@ def _unmeasured(channels: Channels) -> list[Finding]:
         return []
     time, values, names = table
     fresh = _new(values)
-    note, result = partial(Finding, check="resampled", verdict="note", channels=names), []
+    about, result = About("resampled", names), []
     padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
-        fix = Fix(
-            f"{padded:.2g} s of one repeated row at the ends of the log dropped",
-            partial(_thinned, keep=_between_padding),
-        )
-        result.append(note(sentence=text, value=padded, unit="s", fix=fix))
+        done = f"{padded:.2g} s of one repeated row at the ends of the log dropped"
+        fix = Fix(done, partial(_thinned, keep=_between_padding))
+        result.append(about.note(text, value=padded, unit="s", fix=fix))
     rate = float((time.size - 1) / (time[-1] - time[0]))
     rows = _held_over(fresh)
     if rows > 1:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
-        fix = Fix(
-            f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept",
-            partial(_thinned, keep=_measured),
-        )
-        wrong = "rows that repeat hold no new measurement"
-        result.append(note(sentence=text, value=rate / rows, unit="Hz", consequence=wrong, fix=fix))
+        done = f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept"
+        fix, wrong = Fix(done, partial(_thinned, keep=_measured)), "rows that repeat hold no new measurement"
+        result.append(about.note(text, value=rate / rows, unit="Hz", consequence=wrong, fix=fix))
     elif rows := _interpolated(values):
         text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
-        result.append(note(sentence=text, value=rate / rows, unit="Hz"))
+        result.append(about.note(text, value=rate / rows, unit="Hz"))
     return result
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ...kinematics import Kinematics, kinematics_of, longest_row
-from ..record import Check, Finding, Found, Record, computed_once
+from ..record import About, Check, Finding, Found, Record, computed_once
 
 _CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "velocity": ("u", "v"), "water": ("u", "v")}
 """Channels that an error is of, by the first word of its name; all others are of positions."""
@@ -27,16 +27,14 @@ def _sensors(records: Sequence[Record]) -> Found:
         text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
     elif not known:
         text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
-    return Finding(check="sensors", verdict="ok" if known and not apart else "cannot tell", sentence=text)
+    return About("sensors").finding("ok" if known and not apart else "cannot tell", text)
 
 
 def _wrong(seen: Kinematics, name: str, sentence: str) -> Finding:
-    return Finding(
-        check="sensors",
-        verdict="warning" if seen.large(name) else "note",  # what follows is corrected for it
-        value=seen.values.get(name, (None, None))[0],
-        channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
-        sentence=sentence,
+    channels = _CHANNELS.get(name.split("_")[0], ("x", "y"))
+    return About("sensors", channels, seen.values.get(name, (None, None))[0]).finding(
+        "warning" if seen.large(name) else "note",  # what follows is corrected for it
+        sentence,
         consequence="forces would be blamed for it; undertow corrects the motion before it judges forces",
         remedy="calibrate or move the sensor, or mend its clock, before the next log",
     )

@@ -10,7 +10,7 @@ from ....physics.motion import Array
 from ...canonical import MOTION, Channel
 from ...statistics.blocks import numbered_on
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..record import QUICK_ROW, Check, Finding, Fix, Found, Record, altered, channels_called
+from ..record import QUICK_ROW, About, Check, Finding, Fix, Found, Record, altered, channels_called
 
 _LEAST_ROWS = 50
 """Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
@@ -37,9 +37,7 @@ def _examine(records: Sequence[Record]) -> Found:
     for name in MOTION:
         channels = channels_called(records, name)
         found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
-    return found or [
-        Finding(check="spikes", verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
-    ]
+    return found or [About("spikes", value=0.0, unit="1").ok("no value stands out of its record")]
 
 
 def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
@@ -58,7 +56,7 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     row = max(channel.period for channel in channels)
     if row > QUICK_ROW and name not in ("x", "y"):
         text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
-        return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
+        return [About("spikes", (name,), share, "1").note(text)]
     drop = partial(altered, names=(name,), change=lambda channel: channel.rows(~_spiked(channel.unwrapped)))
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", drop)
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)

@@ -1,11 +1,10 @@
 """Check of the time stamps: repeated ones, and ones that go back."""
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 from ...canonical import Channel
 from ...channels.conversion import APART
-from ..record import Check, Finding, Fix, Found, Record
+from ..record import About, Check, Finding, Fix, Found, Record
 
 _MANY = 0.01
 """Share of stamps that are wrong from which a derivative suffers; fewer are told, no more."""
@@ -20,7 +19,7 @@ def _stamps(records: Sequence[Record]) -> Found:
     """
     found = list(_wrong_stamps([channel for record in records for channel in record.log.channels.values()]))
     text = "every time stamp is later than the one before"
-    return found or [Finding(check="stamps", verdict="ok", sentence=text, value=0.0, unit="1")]
+    return found or [About("stamps", value=0.0, unit="1").ok(text)]
 
 
 def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
@@ -39,25 +38,21 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
             f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
         )
         more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
-        yield Finding(
-            check="stamps",
-            verdict="defect" if back else "warning",
-            sentence=f"the clock was set {text}{more}",
-            value=sets[0][1],
-            unit="s",
-            channels=names("sets"),
+        yield About("stamps", names("sets"), sets[0][1], "s").finding(
+            "defect" if back else "warning",
+            f"the clock was set {text}{more}",
             consequence=f"the pieces are put {APART:g} s apart, each a stretch of its own"
             + ("; other verbs refuse the log until that is written" if back else ""),
             remedy="keep the clock as it is while logging, or stamp by a clock that is never set",
             fix=Fix(f"pieces between which the clock was set put {APART:g} s apart"),
             short="the clock was set back" if back else "the clock was set",
         )
-    finding = partial(Finding, check="stamps", unit="1")
+    about = About("stamps", unit="1")
     if astray:
         share = astray / (rows + astray)
-        yield finding(
-            verdict="warning" if share > _MANY else "note",
-            sentence=f"{astray} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+        yield about.finding(
+            "warning" if share > _MANY else "note",
+            f"{astray} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
             value=share,
             channels=names("astray"),
             consequence="their rows are left out",
@@ -67,9 +62,9 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
     if backward:
         share = backward / rows
         listed = ", ".join(names("backward"))
-        yield finding(
-            verdict="defect",
-            sentence=f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
+        yield about.finding(
+            "defect",
+            f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
             value=share,
             channels=names("backward"),
             consequence="derivatives change sign there; other verbs refuse the log",
@@ -78,9 +73,9 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
         )
     if repeated:
         share = repeated / (rows + repeated)
-        yield finding(
-            verdict="warning" if share > _MANY else "note",
-            sentence=f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
+        yield about.finding(
+            "warning" if share > _MANY else "note",
+            f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
             value=share,
             channels=names("repeated"),
             consequence="two values at one instant have no derivative; the last of them is taken",

@@ -9,7 +9,7 @@ from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of
 from ..faults import FEWEST, Fault, Kind, Share, Size
-from ..record import QUICK_ROW, Check, Finding, Found, Reach, Record
+from ..record import QUICK_ROW, About, Check, Finding, Found, Reach, Record
 from .late import fixes_of
 
 _PLACE = ("x", "y")
@@ -78,9 +78,7 @@ def _examine(records: Sequence[Record]) -> Found:
         refused = fault.size.refuses
         told = fault.in_words("defect" if refused else "warning")
         found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
-    return found or [
-        Finding(check="stuck", verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s")
-    ]
+    return found or [About("stuck", value=0.0, unit="s").ok("no sensor repeats a value in mid-motion")]
 
 
 def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
@@ -173,11 +171,8 @@ def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> 
     others = [log.channels[name] for name in tells if name in log.channels and name not in names]
     if names[0] in _GOES_ON or not others:
         return True
-    for other in others:
-        during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
-        if during.size and float(np.ptp(during)) > _MEANWHILE * _usual_range(other):
-            return True
-    return False
+    meanwhile = [(other, other.value[(other.time >= span[0]) & (other.time <= span[1])]) for other in others]
+    return any(during.size and np.ptp(during) > _MEANWHILE * _usual_range(other) for other, during in meanwhile)
 
 
 def _usual_range(channel: Channel) -> float:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ...statistics.signals import band_passed
 from ..axes import taken_from, track_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
 from ..lags import QUICK
-from ..record import RATE, STEP, Check, Finding, Fix, Found, Record, Stretch, thruster_of
+from ..record import RATE, STEP, About, Check, Fix, Found, Record, Stretch, thruster_of
 from ..response import answers, side_of, trials
 
 _SPEEDS = ("u", "v")
@@ -29,28 +28,22 @@ def _examine(records: Sequence[Record]) -> Found:
     having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
     if not having:
         return []
-    finding = partial(Finding, check="exchanged", channels=_SPEEDS)
+    about = About("exchanged", _SPEEDS)
     way, thrust = _by_way(having), _by_thrust(having)
     u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
     mends = {"u": v, "v": u} if u and v else {}
-    fault = partial(
-        Fault,
-        Kind.EXCHANGED,
-        _SPEEDS,
-        fix=Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)})),
-        mends=mends,
-    )
-    said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
+    fix = Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)}))
+    said = [size and Fault(Kind.EXCHANGED, _SPEEDS, size, fix=fix, mends=mends).ruled() for size in (way, thrust)]
     if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
-        return finding(verdict="cannot tell", sentence="too little motion to tell u from v")
+        return about.untold("too little motion to tell u from v")
     if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
         text = (
             "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
             "axis is turned, or the heading is a quarter turn off"
         )
-        return finding(verdict="cannot tell", sentence=text)
+        return about.untold(text)
     told = said[0] if way is not None else said[1]
-    return told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")
+    return told or about.ok("u is ahead and v to starboard, as named")
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:

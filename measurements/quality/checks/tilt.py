@@ -1,13 +1,13 @@
 """Check of gravity in the accelerometer: a boat that trims with speed tilts its sensor."""
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
 from ....physics.motion import GRAVITY
 from ...statistics.blocks import numbered_on, robust_fit
-from ..record import RATE, Check, Finding, Found, Record
+from ..record import RATE, About, Check, Found, Record
 from .clocks import on_grid
 
 _BLOCK = 5.0
@@ -25,13 +25,12 @@ def _tilt(records: Sequence[Record]) -> Found:
     having = [record for record in records if "ax" in record.log.channels]
     if not having:
         return []
-    finding = partial(Finding, check="tilt", unit="m/s^2", channels=("ax",))
+    about = About("tilt", ("ax",), unit="m/s^2")
     stretches = [(record, stretch) for record in having for stretch in record.stretches]
     speeds = [np.abs(stretch.motion.velocity[:, 0]) for _, stretch in stretches]
     fast = float(np.quantile(np.concatenate(speeds), 0.99)) if speeds else 0.0
     if fast < 0.1:
-        text = "the boat moves too little to tell whether gravity leaks into the accelerometer"
-        return finding(verdict="cannot tell", sentence=text)
+        return about.untold("the boat moves too little to tell whether gravity leaks into the accelerometer")
     rest, columns, blocks = [], [], []
     for record, stretch in stretches:
         motion = stretch.motion
@@ -42,21 +41,19 @@ def _tilt(records: Sequence[Record]) -> Found:
     fit = robust_fit(np.concatenate(columns), np.concatenate(rest), numbered_on(blocks))
     leak, ends = float(fit.values[0]), fit.interval(0)
     if ends is None:
-        text = "the log is too short to tell whether gravity leaks into the accelerometer"
-        return finding(verdict="cannot tell", sentence=text)
+        return about.untold("the log is too short to tell whether gravity leaks into the accelerometer")
     parts = {"at_speed": fast, "offset": float(fit.values[1])}
-    measured = partial(finding, value=leak, ci95=ends, parts=parts)
+    measured = replace(about, value=leak, ci95=ends, parts=parts)
     if max(abs(ends[0]), abs(ends[1])) <= _SMALL:
-        text = f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)"
-        return measured(verdict="ok", sentence=text)
+        return measured.ok(f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)")
     if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
         text = f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
-        return measured(verdict="cannot tell", sentence=text)
+        return measured.untold(text)
     angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / GRAVITY, 0.0, 1.0))))
     trim = "bow up" if leak > 0.0 else "bow down"
-    return measured(
-        verdict="warning" if abs(leak) > _MUCH else "note",
-        sentence=f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by {angle:.0f} degrees",
+    return measured.finding(
+        "warning" if abs(leak) > _MUCH else "note",
+        f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by {angle:.0f} degrees",
         consequence="ax is no acceleration at speed; undertow does not use it",
         remedy="take accelerations from speeds, or correct ax for the pitch angle",
         short="gravity leaks into the accelerometer",

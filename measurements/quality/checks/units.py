@@ -18,7 +18,7 @@ from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_cours
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..lags import Pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, Check, Finding, Fix, Found, Record, Stretch, altered
+from ..record import RATE, About, Check, Finding, Fix, Found, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
@@ -54,9 +54,7 @@ def _examine(records: Sequence[Record]) -> Found:
     if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
         found += _course(cured, opposed)
     found += [speeds] if speeds is not None else speed_unit(records)
-    return found or [
-        Finding(check="units", verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked")
-    ]
+    return found or [About("units").untold("nothing was measured twice; no unit can be checked")]
 
 
 class Turning(NamedTuple):
@@ -166,15 +164,14 @@ def _turns(turning: Turning, track: Track | None) -> Finding:
         return result
     if abs(ratio - 1.0) > FINE:
         return fault.in_words("note")
-    text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
-    return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
+    return About("units", channels, ratio, "1", ends).ok(f"heading and yaw rate agree in size (ratio {ratio:.3f})")
 
 
 def _unlike(left: Size | None) -> Finding:
     """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
     names, cure = ("psi", "r"), "'psi: null' or 'r: null'"
     found = left and _unrelated(names, "heading and yaw rate", cure, left, left.weight.value)
-    return found or Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=names)
+    return found or About("units", names).untold(_TURNS_LITTLE)
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -186,7 +183,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     if track is None or not track.certain:
         cure = "'u: null' (and v) or 'x: null' (and y)"
         found = track and _unrelated(channels, "positions and speeds", cure, track.unrelated, track.unexplained)
-        return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
+        return found or About("units", channels).untold(_MOVES_LITTLE)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
         facts = _facts(mixed, track.unexplained, "heading and speeds")
@@ -211,8 +208,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return found
     if abs(ratio - 1.0) > FINE:
         return fault.in_words("note")
-    text = f"position and speed agree in size (ratio {ratio:.3f})"
-    return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
+    return About("units", channels, ratio, "1", ends).ok(f"position and speed agree in size (ratio {ratio:.3f})")
 
 
 def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
@@ -280,17 +276,12 @@ def speed_unit(records: Sequence[Record]) -> list[Finding]:
                 return [one]
         if abs(factor - 1.0) <= FINE:
             text = f"{witness} agrees with speeds in m/s"
-            return [Finding(check="units", verdict="ok", sentence=text, value=factor, unit="1", channels=channels)]
+            return [About("units", channels, factor, "1").ok(text)]
     top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)
     return [
-        Finding(
-            check="units",
-            verdict="cannot tell",
-            sentence=f"the unit of speed cannot be told: speed was measured once (no positions), and its top is "
+        About("units", channels, top, "m/s").untold(
+            f"the unit of speed cannot be told: speed was measured once (no positions), and its top is "
             f"{top:.2g} m/s, or {0.514444 * top:.2g} m/s if it is in knots",
-            value=top,
-            unit="m/s",
-            channels=channels,
             consequence="drag and thrust come out wrong by powers of the unit",
             remedy="make sure that speeds are in m/s, or log positions, too",
             short="the unit of speed, which was measured once",

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..record import Check, Finding, Found, Reach, Record
+from ..record import About, Check, Found, Reach, Record
 
 
 def _examine(records: Sequence[Record]) -> Found:
@@ -12,12 +12,10 @@ def _examine(records: Sequence[Record]) -> Found:
     """
     told = {one.craft: one for record in records if (one := record.log.craft) is not None}
     return [
-        Finding(check="vessel", verdict="ok", sentence=one.sentence)
+        About("vessel").ok(one.sentence)
         if craft.floats
-        else Finding(
-            check="vessel",
-            verdict="warning",
-            sentence=one.sentence,
+        else About("vessel").warning(
+            one.sentence,
             consequence="the three degrees of freedom of a boat on the water do not describe it",
             remedy="give the log of a boat",
             short=f"it is the log of {craft.value}",
