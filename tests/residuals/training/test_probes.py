@@ -112,7 +112,7 @@ def test_the_kind_is_that_whose_probes_err_least(pushed: Split) -> None:
     kinds = (Choice("mlp", {"units": 8}), Choice("gp", {"units": 60}))
     found = candidates(pushed, HULL, few, kinds, told.append)
     assert told == ["mlp", "gp"]
-    assert [len(one.probes.parts) for one in found] == [6, 6], "all are tried on blocks of time and on regions of states"
+    assert [len(one.probes.parts) for one in found] == [6, 6], "blocks of time and regions of states, each three"
     assert found[0].ratio <= found[1].ratio
     assert found[0].ratio < 0.5, "a push that lasts is learnt by either"
     whole = train(pushed, HULL, replace(found[0].choice, probes=found[0].probes), settings=few).model
