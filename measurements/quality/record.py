@@ -428,7 +428,7 @@ class About:
 
     def finding(self, verdict: Verdict, sentence: str, **more: Unpack[_More]) -> Finding:
         """A finding on it, of which further fields may be given, also in place of its own."""
-        known: dict[str, Any] = {part.name: getattr(self, part.name) for part in fields(self)}
+        known = {part.name: getattr(self, part.name) for part in fields(self)}
         return Finding(verdict=verdict, sentence=sentence, **{**known, **more})
 
     def ok(self, sentence: str, **more: Unpack[_More]) -> Finding:
