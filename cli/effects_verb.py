@@ -34,7 +34,8 @@ def effects(
     (found,) = signatures(boat, (_effect_meant(name),))
     if as_json:
         card = _card(found.effect) | _seen(found)
-        print_json({"schema": EFFECTS_SCHEMA, "vehicle": boat.name, "effects": [card]})
+        called = {"vehicle": boat.name} if boat.name else {}
+        print_json({"schema": EFFECTS_SCHEMA, **called, "effects": [card]})
         return
     from ..reports.terminal.laws_and_effects_screen import effect_card
 

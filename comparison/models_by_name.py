@@ -4,9 +4,7 @@ import json
 import os
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -74,24 +72,28 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        written, found = load_vehicle(source / "model.yaml", judged=judged), _corrected(source)
-        model = VehicleModel(written, source.name, "symbolic", found.parameters or 0)
-        model.band = found.band
+        written = load_vehicle(source / "model.yaml", judged=judged)
+        model = VehicleModel(written, source.name, "symbolic", fitted_numbers(source))
+        found = _corrected(source)
+        model.band = None if found is None else found.band
         return model
     return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
     """Number of parameters fitted in the corrected model of a run folder, by its own comparison; 0 without one."""
-    return _corrected(run).parameters or 0
+    found = _corrected(run)
+    return 0 if found is None else found.parameters or 0
 
 
-def _corrected(run: Path) -> ComparedModel:
-    """What the comparison of a run folder says of its corrected model; nothing where there is none that can be read."""
-    path, models = run / "comparison.json", ()
-    with suppress(OSError, ValueError):
+def _corrected(run: Path) -> ComparedModel | None:
+    """What the comparison of a run folder says of its corrected model; None where there is none that can be read."""
+    path = run / "comparison.json"
+    try:
         models = Comparison.read(read_json(path), path, "").models
-    return next((model for model in models if model.name == CORRECTED), ComparedModel(name=CORRECTED))
+    except (OSError, ValueError):
+        return None
+    return next((model for model in models if model.name == CORRECTED), None)
 
 
 _SOURCE = re.compile(rf"(?:identified by undertow from|fitted by undertow to) ({WHOLE})?([^;(]+)")
@@ -180,13 +182,19 @@ def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
     list of str
         Empty where every model is known to come from other logs.
     """
-    sure = [(one.overlap.same, one) for one in models if one.overlap.same]
-    perhaps = [(one.overlap.alike, one) for one in models if one.overlap.alike and not one.overlap.same]
+    sure: dict[tuple[str, ...], list[Fitted]] = {}
+    perhaps: dict[tuple[str, ...], list[Fitted]] = {}
+    for one in models:
+        if one.overlap.same:
+            sure.setdefault(one.overlap.same, []).append(one)
+        elif one.overlap.alike:
+            perhaps.setdefault(one.overlap.alike, []).append(one)
     told = []
-    for of, known in (("", sure), (" of the same name", perhaps)):
-        for logs, saw in product(dict.fromkeys(logs for logs, _ in known), (True, False)):
-            names = [one.model.name for which, one in known if which == logs and one.saw(judge) is saw]
-            told += [_sentence(names, logs, of, judge if saw else "")] if names else []
+    for of, known_by in (("", sure), (" of the same name", perhaps)):
+        for logs, known in known_by.items():
+            for saw in (True, False):
+                names = [one.model.name for one in known if one.saw(judge) is saw]
+                told += [_sentence(names, logs, of, judge if saw else "")] if names else []
     unknown = [one.model.name for one in models if one.path and not one.logs]
     if unknown:
         told.append(
@@ -200,11 +208,13 @@ def overlap(record: Digests, judged: Digests) -> Overlap:
     """Judged logs to which a model was fitted: by their SHA-256 where both are known, else by their names."""
     same, alike = [], []
     for path, digest in judged:
-        name = Path(path).name
         for other, known in record:
-            told, found = (same, digest == known) if digest and known else (alike, Path(other).name == name)
-            if found:
-                told.append(name)
+            if digest and known:
+                if digest == known:
+                    same.append(Path(path).name)
+                    break
+            elif Path(other).name == Path(path).name:
+                alike.append(Path(path).name)
                 break
     return Overlap(tuple(same), tuple(alike))
 

@@ -198,7 +198,9 @@ def build_fleet(
     (folder / fleet_folder.FACTORS).mkdir(parents=True, exist_ok=True)
     with hold_folder(folder, "writes"):
         earlier = fleet_folder.existing_index(folder)
-        fleet_folder.write_index(folder, earlier)  # so that an interrupted call leaves a fleet, to go on with
+        fleet_folder.write_index(
+            folder, earlier
+        )  # so that an interrupted call leaves a fleet, which another goes on with
         at = str(folder.resolve())
         tasks = [LogTask(s, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
         built = _built(folder, earlier, tasks, engine or Engine(), progress)
@@ -215,10 +217,15 @@ def _built(
     folder: Path, earlier: FleetIndex, tasks: Sequence[LogTask], engine: Engine, progress: Say | None
 ) -> FleetBuilt:
     known = {log.log: log for log in earlier.logs}
-    same = [task for task in tasks if task.source.place in known and _unchanged(folder, known[task.source.place], task)]
-    found = {t.source.place: known[t.source.place].but(boat=t.source.boat, notes=t.source.notes) for t in same}
-    left = [task for task in tasks if task.source.place not in found]
+    found: dict[str, FleetLog] = {}
     skipped: list[SkippedLog] = []
+    left: list[LogTask] = []
+    for task in tasks:
+        log = known.get(task.source.place)
+        if log is not None and _unchanged(folder, log, task):
+            found[log.log] = log.but(boat=task.source.boat, notes=task.source.notes)
+        else:
+            left.append(task)
     before = {path.stem for path in (folder / fleet_folder.FACTORS).glob("*.npz")}
     made: set[str] = set()
     pace = Pace(progress, "logs")
@@ -241,11 +248,13 @@ def _built(
     for log in sorted([*found.values(), *still], key=lambda log: log.log):
         first = once.setdefault(log.sha256, log)
         if first is not log:
-            skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
+            same = f"it has the same bytes as {first.log}"
+            skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=same))
     there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
     waiting = [log for log in there if log.log not in now]
-    alone = [log for log in others if log.sha256 not in digests]
-    index = fleet_folder.index_of([*once.values(), *alone], [*skipped, *waiting])
+    index = fleet_folder.index_of(
+        [*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting]
+    )
     given = [log.factors for log in once.values() if log.log in now]
     read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time
     return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))
@@ -268,9 +277,14 @@ def middle(source: LogSource, factors: HullFactors) -> float:
     that tells the time of day. A date in the name of the file is the last resort.
     """
     first, last = float(factors.begin.min()), float(factors.end.max())
-    own = float(factors.start[0]) + 0.5 * (first + last)  # of no clock, not a number
-    said = source.begins if source.begins is not None or math.isfinite(own) else source.named
-    if said is None or (said % _DAY == 0.0 and said <= own < said + _DAY):
+    own = float(factors.start[0]) + 0.5 * (first + last)
+    said = source.begins
+    if said is None and math.isfinite(own):
+        return own
+    said = source.named if said is None else said
+    if said is None:
+        return math.nan
+    if said % _DAY == 0.0 and math.isfinite(own) and said <= own < said + _DAY:
         return own
     return said + 0.5 * (last - first)
 

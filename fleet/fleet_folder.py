@@ -1,7 +1,6 @@
 """The folder of a fleet, made, added to and joined: `fleet.json` lists the logs, `factors/KEY.npz` holds each."""
 
 from collections.abc import Collection, Iterable, Sequence
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import ClassVar
@@ -105,14 +104,15 @@ def read_index(folder: Path) -> FleetIndex:
     """
     path = folder / INDEX
     try:
-        content = read_json(path)
+        return FleetIndex.read(read_json(path), path, _REMEDY)
     except OSError as error:
         what = "a file" if folder.is_file() else f"one without {INDEX}" if folder.is_dir() else "no such folder"
         got = f"{path}: {error.strerror or error}" if path.is_file() else what
         raise RequestError(f"{folder}: expected the folder of a fleet, got {got}; {_REMEDY}") from None
     except ValueError as error:
+        if isinstance(error, RequestError):
+            raise
         raise RequestError(f"{path}: not readable as a fleet ({reason(error)}); {_REMEDY}") from None
-    return FleetIndex.read(content, path, _REMEDY)
 
 
 def write_index(folder: Path, index: FleetIndex) -> None:
@@ -122,10 +122,11 @@ def write_index(folder: Path, index: FleetIndex) -> None:
 
 def own_fleet(folder: Path) -> Collection[str]:
     """Which files of a folder are those of a fleet."""
-    with suppress(RequestError, OSError):
+    try:
         read_index(folder)
-        return (INDEX, FACTORS)
-    return ()
+    except (RequestError, OSError):
+        return ()
+    return (INDEX, FACTORS)
 
 
 def existing_index(folder: Path) -> FleetIndex:
@@ -173,10 +174,11 @@ def read_hull_factors(folder: Path, key: str) -> HullFactors:
 
 def has_factors(folder: Path, key: str) -> bool:
     """True when the factors of a key are there, and whole."""
-    with suppress(RequestError):
+    try:
         read_hull_factors(folder, key)
-        return True
-    return False
+    except RequestError:
+        return False
+    return True
 
 
 def clear_factors(folder: Path, index: FleetIndex) -> None:

@@ -5,7 +5,7 @@ import io
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
@@ -186,7 +186,10 @@ def find_sources(given: Sequence[str | os.PathLike[str]]) -> tuple[LogSource, ..
 
 def _sources(name: str) -> Iterable[LogSource]:
     if is_url(name):
-        return [_of(place, PurePosixPath(place).parent.name, tag) for place, tag in objects_below(name, SUFFIXES)]
+        return [
+            replace(_of(place, PurePosixPath(place).parent.name), version=version)
+            for place, version in objects_below(name, SUFFIXES)
+        ]
     path = Path(name)
     if path.is_dir():
         return [_local(place) for place in _below(path)]
@@ -230,17 +233,22 @@ def _below(folder: Path) -> list[str]:
     return result
 
 
-def _of(place: str, boat: str, version: str) -> LogSource:
-    return LogSource(place, boat or "boat", named=date_in(PurePosixPath(place).name), version=version)
+def _of(place: str, boat: str) -> LogSource:
+    return LogSource(place, boat or "boat", named=date_in(PurePosixPath(place).name))
 
 
 def _local(place: str) -> LogSource:
-    path, version = Path(os.path.abspath(place)), ""
-    with suppress(OSError):  # whoever reads it says so
+    path = Path(os.path.abspath(place))
+    return replace(_of(str(path), path.resolve().parent.name), version=_version(path))
+
+
+def _version(path: Path) -> str:
+    try:
         found = path.stat()
-        # Of a folder only what is directly in it would show: a bag is looked through each time.
-        version = "" if path.is_dir() else f"{found.st_size}-{found.st_mtime_ns}"
-    return _of(str(path), path.resolve().parent.name, version)
+    except OSError:  # whoever reads it says so
+        return ""
+    # Of a folder only what is directly in it would show: a bag is looked through each time.
+    return "" if path.is_dir() else f"{found.st_size}-{found.st_mtime_ns}"
 
 
 def _manifest(path: Path) -> Sequence[tuple[int, Mapping[str, str]]] | None:
@@ -294,8 +302,12 @@ def _of_row(path: Path, number: int, row: Mapping[str, str]) -> list[LogSource]:
         sources = list(_sources(log))
     except LogError as error:
         raise LogError(f"{path}, row {number}: {error.typed}") from None
-    said = {"begins": begins, "vehicle": vehicle, "notes": given.get("notes", "")}
-    return [replace(source, boat=given.get("boat", source.boat), **said) for source in sources]
+    return [
+        replace(
+            source, boat=given.get("boat", source.boat), begins=begins, vehicle=vehicle, notes=given.get("notes", "")
+        )
+        for source in sources
+    ]
 
 
 def _day(text: str, where: str) -> float:
@@ -315,10 +327,12 @@ def date_in(name: str) -> float | None:
     (None, 1777803300.0)
     """
     found = _DATE.search(name)
-    with suppress(ValueError):
-        if found is not None:
-            return datetime(*(int(part or 0) for part in found.groups()), tzinfo=UTC).timestamp()  # type: ignore[misc]
-    return None
+    if found is None:
+        return None
+    try:
+        return datetime(*(int(part or 0) for part in found.groups()), tzinfo=UTC).timestamp()  # type: ignore[misc]
+    except ValueError:
+        return None
 
 
 def _said(source: LogSource) -> str:

@@ -148,8 +148,11 @@ class DiaryFacts(Card, Record):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        changes = [(one.boat, change) for one in self.changed for change in one.changes]
-        texts = [f"{boat}: {' or '.join(c.value for c in one.causes)}, {one.first}" for boat, one in changes]
+        texts = [
+            f"{one.boat}: {' or '.join(c.value for c in change.causes)}, {change.first}"
+            for one in self.changed
+            for change in one.changes
+        ]
         return [("fleet", self.fleet), ("boats", str(len(self.boats))), *each("changes", texts)]
 
 
@@ -176,9 +179,12 @@ def plain(parameter: str) -> str:
 
 def causes_words(change: ChangeRecord) -> str:
     """The causes of a change, with their thrusters; several where they explain it alike."""
-    thrusters = listing([plain(t).removeprefix("thrust of ") for t in change.thrusters])
-    whose = {Cause.PROPELLER: f" ({thrusters})"} if thrusters else {}
-    return " or ".join(f"{cause.value}{whose.get(cause, '')}" for cause in change.causes)
+    return " or ".join(
+        f"{cause.value} ({listing([plain(t).removeprefix('thrust of ') for t in change.thrusters])})"
+        if cause is Cause.PROPELLER and change.thrusters
+        else cause.value
+        for cause in change.causes
+    )
 
 
 def telling(change: ChangeRecord) -> Moved:
@@ -193,13 +199,17 @@ def telling(change: ChangeRecord) -> Moved:
 def change_sentence(change: ChangeRecord) -> str:
     """What changed, by how much, when, and how sure that is."""
     what, size, more, span = _sized(telling(change))
-    first = change.first + f" ({change.earliest} to {change.latest})" * (change.earliest != change.latest)
-    text = f"{what} {size} {more} ({span}) from {first} on"
+    first = change.first if change.earliest == change.latest else (
+        f"{change.first} ({change.earliest} to {change.latest})"
+    )  # fmt: skip
+    known = f"known on {change.alarm}"
     if change.goes_on:
         went = f"{'grew' if more == 'more' else 'fell'} to {size} {more} ({span})"
-        text = f"{what} {went} in {round(change.days)} days, from about {first} on"
-    both = " The logs do not tell these apart." * (len(change.causes) > 1)
-    return f"{text[0].upper()}{text[1:]}; known on {change.alarm}.{both}"
+        text = f"{what} {went} in {round(change.days)} days, from about {first} on; {known}"
+    else:
+        text = f"{what} {size} {more} ({span}) from {first} on; {known}"
+    both = " The logs do not tell these apart." if len(change.causes) > 1 else ""
+    return f"{text[0].upper()}{text[1:]}.{both}"
 
 
 def _sized(moved: Moved) -> tuple[str, str, str, str]:
@@ -220,16 +230,20 @@ def _percent(share: float, minus: str = "-") -> str:
 
 def odd_sentence(boat: BoatRecord) -> str:
     """The days on which a boat was another for once; empty where there are none."""
-    days = [(odd.day, *_sized(odd.moved)) for odd in boat.odd_days]
-    return " ".join(f"On {day} alone, {what} was {size} {more}." for day, what, size, more, _ in days)
+    told = []
+    for odd in boat.odd_days:
+        what, size, more, _ = _sized(odd.moved)
+        told.append(f"On {odd.day} alone, {what} was {size} {more}.")
+    return " ".join(told)
 
 
 def unchanged_sentence(boat: BoatRecord) -> str:
     """That nothing changed, and what a week of logs would have shown."""
     days = "only day" if boat.days == 1 else f"{boat.days} days"
-    seen = listing([f"{v.part} by {_percent(v.share)}" for v in boat.visible])
-    shows = f"a week would have shown a change of {seen}" if seen else "that is too little to say what would have shown"
-    return f"Nothing changed on the {days} that it logged; {shows}."
+    seen = [f"{v.part} by {_percent(v.share)}" for v in boat.visible]
+    if not seen:
+        return f"Nothing changed on the {days} that it logged; that is too little to say what would have shown."
+    return f"Nothing changed on the {days} that it logged; a week would have shown a change of {listing(seen)}."
 
 
 def differs_sentence(boat: BoatRecord) -> str:
@@ -255,13 +269,17 @@ def verdict(diary: DiaryFacts) -> str:
 
 def caution(diary: DiaryFacts) -> str:
     """Under which budget alarms were raised, how scatter was taken, and which logs say nothing."""
-    wider = f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
-    count, verb = len(diary.missing), "is" if len(diary.missing) == 1 else "are"
-    lacks = f" {counted(count, 'log')} given to this fleet {verb} not in it: its fleet.json says why."
+    wider = "" if diary.widening == 1.0 else (
+        f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
+    )  # fmt: skip
+    count = len(diary.missing)
+    lacks = "" if not count else (
+        f" {counted(count, 'log')} given to this fleet {'is' if count == 1 else 'are'} not in it: "
+        "its fleet.json says why."
+    )  # fmt: skip
     return (
         f"Alarms are set for at most {diary.budget:g} false a boat and year, over all parameters together, with the "
-        f"scatter that this fleet's days have.{wider * (diary.widening != 1.0)} Intervals are at 95{NARROW}%."
-        f"{lacks * bool(count)}"
+        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%.{lacks}"
     )
 
 

@@ -1,7 +1,7 @@
 """The first vehicle, with which `init` begins: thrusters as logs show them or a person says, on an assumed hull."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,25 @@ from ..measurements.log_options import Reading
 from ..measurements.quality.record import Record
 from ..measurements.statistics.blocks import weighed
 from ..measurements.thrusters_in_log import DetectedThruster, drag_at_speed, surge_at_full, top_speed
-from ..physics import sources
 from ..physics.errors import RequestError
 from ..physics.files import write_text
-from ..physics.motion import AXES
+from ..physics.motion import AXES, Array
 from ..physics.reading import Plain
-from ..physics.sources import LENGTH, SURE, THRUST_SPREAD, TO_REPLACE, Estimate, with_sources
-from ..physics.thrusters import Thruster, command_of, push_and_turn
+from ..physics.sources import (
+    LENGTH,
+    SURE,
+    THRUST_SPREAD,
+    TO_REPLACE,
+    Estimate,
+    typical_added_mass,
+    typical_damping,
+    typical_inertia,
+    typical_mass,
+    typical_spacing,
+    typical_thrust,
+    with_sources,
+)
+from ..physics.thrusters import CommandKind, Thruster, command_of, push_and_turn
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .workbench_facts import Place, Wire
 
@@ -78,15 +90,18 @@ def on_typical_hull(records: Sequence[Record], thrusters: Sequence[DetectedThrus
     name : of the vehicle
     """
     length = hull.length or LENGTH
-    mass = _told(hull.mass, sources.typical_mass(length))
-    inertia = sources.typical_inertia(mass.value, length)
-    added = sources.typical_added_mass(mass.value, inertia.value, length)
-    surge, sway, yaw = (added[symbol].value for symbol in ("X_udot", "Y_vdot", "N_rdot"))
-    totals = (mass.value - surge, mass.value - sway, inertia.value - yaw)
-    spacing = _told(hull.spacing, sources.typical_spacing(length))
+    mass = _told(hull.mass, typical_mass(length))
+    inertia = typical_inertia(mass.value, length)
+    added = typical_added_mass(mass.value, inertia.value, length)
+    totals = (
+        mass.value - added["X_udot"].value,
+        mass.value - added["Y_vdot"].value,
+        inertia.value - added["N_rdot"].value,
+    )
+    spacing = _told(hull.spacing, typical_spacing(length))
     arms = _arms(thrusters, spacing.value)
     thrust = _thrust(records, thrusters, hull, mass.value, totals[0])
-    damping = sources.typical_damping(totals, length)
+    damping = typical_damping(totals, length)
     for symbol, axis in (("X_u", 0), ("N_r", 2)):
         drag = drag_at_speed(records, thrusters, arms, axis)
         if drag is not None:
@@ -95,22 +110,29 @@ def on_typical_hull(records: Sequence[Record], thrusters: Sequence[DetectedThrus
     top = top_speed(records)
     damping["Y_v"] = _straight(damping["Y_v"], damping["N_r"].value, totals, top)
     x = float(f"{-_AHEAD_OF_STERN * length:.3g}")
-    origins = {}
+    built, sources = [], {}
     for one, y in zip(thrusters, arms, strict=True):
+        built.append(_thruster(one, (x, y, 0.0), thrust.value))
         where = f"y: half of {spacing.value:g} m ({spacing.source})" if y else "y: 0, on the centre line"
         where += f"; x: -{_AHEAD_OF_STERN:g} length, without effect on a thruster that pushes straight ahead"
         full = f"full {thrust.value:g} N {thrust.source}, {_shape(one)}; {where}"
-        origins[one.name] = f"command: {one.output.source}; force: {_shape(one) if one.kind == 'tau' else full}"
-    numbers, origin = (
-        {
-            **{symbol: getattr(estimate, part) for symbol, estimate in (("mass", mass), ("inertia_z", inertia))},
-            "added_mass": {symbol: getattr(estimate, part) for symbol, estimate in added.items()},
-            "damping": {symbol: getattr(estimate, part) for symbol, estimate in damping.items()},
-        }
-        for part in ("value", "source")
-    )
-    built = [_thruster(one, (x, y, 0.0), thrust.value) for one, y in zip(thrusters, arms, strict=True)]
-    content = {"name": name, **numbers, "thrusters": built, "sources": {**origin, "thrusters": origins}}
+        whole = one.kind == "tau"
+        sources[one.name] = f"command: {one.output.source}; force: {_shape(one) if whole else full}"
+    content = {
+        "name": name,
+        "mass": mass.value,
+        "inertia_z": inertia.value,
+        "added_mass": {symbol: estimate.value for symbol, estimate in added.items()},
+        "damping": {symbol: estimate.value for symbol, estimate in damping.items()},
+        "thrusters": built,
+        "sources": {
+            "mass": mass.source,
+            "inertia_z": inertia.source,
+            "added_mass": {symbol: estimate.source for symbol, estimate in added.items()},
+            "damping": {symbol: estimate.source for symbol, estimate in damping.items()},
+            "thrusters": sources,
+        },
+    }
     return vehicle_from_dict(content, "init")
 
 
@@ -150,22 +172,25 @@ def like_another(base: Vehicle, thrusters: Sequence[DetectedThruster], hull: Hul
             "leave --length out, or --like"
         )
     own = {side: [t for t in base.thrusters if _side(t) == side] for side in ("port", "starboard", "")}
-    built, origins = [], {}
+    built, sources = [], {}
     for one in thrusters:
         fitting = own[one.side] or list(base.thrusters)
         model = fitting.pop(0) if len(fitting) > 1 else fitting[0]
-        ends = command_of(model, np.array([-1.0, 1.0]))
-        back, ahead = (abs(float(force)) for force in model.curve.thrust(ends, model.command))
+        back, ahead = (abs(float(force)) for force in model.curve.thrust(*_ends(model)))
         full = hull.thrust or max(back, ahead)
         one = one if one.shaped or not min(back, ahead) > 0.0 else one.unlike(float(f"{ahead / back:.4g}"))
         y = model.y if hull.spacing is None else 0.5 * hull.spacing * _SIDE.get(one.side, 0.0)
         built.append(_thruster(one, (model.x, y, model.angle), full))
-        whose = f"thruster {model.name} of {base.name}"
-        who = _GIVEN if hull.thrust else f"of {whose}"
-        force = f"full {full:.4g} N {who}, {_shape(one)}; place: as {whose}" if one.kind != "tau" else _shape(one)
-        origins[one.name] = f"command: {one.output.source}; force: {force}"
+        if one.kind == "tau":
+            sources[one.name] = f"command: {one.output.source}; force: {_shape(one)}"
+            continue
+        who = _GIVEN if hull.thrust else f"of thruster {model.name} of {base.name}"
+        sources[one.name] = (
+            f"command: {one.output.source}; force: full {full:.4g} N {who}, {_shape(one)}; place: as thruster "
+            f"{model.name} of {base.name}"
+        )
     content: dict[str, Any] = {**base.to_dict(), "name": name, "about": "", "thrusters": built}
-    content["sources"] = {"all": f"as {base.name} has it, {TO_REPLACE}", "thrusters": origins}
+    content["sources"] = {"all": f"as {base.name} has it, {TO_REPLACE}", "thrusters": sources}
     if hull.mass is not None:
         content["mass"], content["sources"]["mass"] = hull.mass, _GIVEN
     return vehicle_from_dict(content, "init")
@@ -192,7 +217,7 @@ def _thrust(
         return Estimate(max(one.output.ahead for one in thrusters), "the command itself")
     if hull.thrust is not None:
         return Estimate(hull.thrust, _GIVEN)
-    surge, usual = surge_at_full(records, thrusters), sources.typical_thrust(mass, len(thrusters))
+    surge, usual = surge_at_full(records, thrusters), typical_thrust(mass, len(thrusters))
     answer = surge.ahead
     if answer is None:
         return usual
@@ -235,6 +260,10 @@ def _side(thruster: Thruster) -> str:
     return {1: "port", -1: "starboard"}.get(ahead * turn, "")
 
 
+def _ends(thruster: Thruster) -> tuple[Array, CommandKind]:
+    return command_of(thruster, np.array([-1.0, 1.0])), thruster.command
+
+
 def wires_of(vehicle: Vehicle, wires: Sequence[Wire]) -> tuple[Wire, ...]:
     """Command that drives each thruster: its own, where nobody said another."""
     said = {wire.channel: wire for wire in wires}
@@ -254,7 +283,10 @@ def placed(vehicle: Vehicle, places: Sequence[Place]) -> Vehicle:
     if unknown:
         names = ", ".join(t.name for t in vehicle.thrusters)
         raise RequestError(f"{vehicle.name} has no thruster {unknown[0]!r}: expected {names}")
-    thrusters = [t.model_copy(update=asdict(at[t.name])) if t.name in at else t for t in vehicle.thrusters]
+    thrusters = [
+        t.model_copy(update={"x": at[t.name].x, "y": at[t.name].y, "angle": at[t.name].angle}) if t.name in at else t
+        for t in vehicle.thrusters
+    ]
     return vehicle.model_copy(update={"thrusters": tuple(thrusters)})
 
 

@@ -61,10 +61,11 @@ class FitRun(Card):
         texts += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
         if found.worse:
             texts.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
-        axes = zip(AXES, found.force_error, found.noise_error, found.force_scale, FORCE_UNITS, strict=True)
         left = [
             f"{axis} ({f:.2g} {unit}, of it {n:.2g} {unit} sensor noise)"
-            for axis, f, n, s, unit in axes
+            for axis, f, n, s, unit in zip(
+                AXES, found.force_error, found.noise_error, found.force_scale, FORCE_UNITS, strict=True
+            )
             if f > max(_UNEXPLAINED[0] * n, _UNEXPLAINED[1] * s)
         ]
         if left:
@@ -82,20 +83,24 @@ class FitRun(Card):
     def to_dict(self) -> Plain:
         """As `fit --json` prints it (schema `undertow.fit/1`)."""
         found, weak = self.calibration, self.inputs.weak
-        nominal, parts = found.nominal, (weak.train, weak.validation, weak.test)
-        held_out = {name: dict(zip(AXES, map(float, error), strict=True)) for name, error in found.held_out.items()}
-        kept = [(s, nominal.value(s), nominal.parameter(s).unit, why) for s, why in found.reasons.items()]
+        nominal = found.nominal
+        parts = (weak.train, weak.validation, weak.test)
         return {
             "schema": FIT_SCHEMA,
             "warnings": list(self.inputs.warnings),
             "sentences": self.sentences,
             "method": found.method,
             "parameters": [p.to_dict() for p in found.parameters],
-            "left": [dict(zip(("symbol", "value", "unit", "why"), one, strict=True)) for one in kept],
+            "left": [
+                {"symbol": s, "value": nominal.value(s), "unit": nominal.parameter(s).unit, "why": why}
+                for s, why in found.reasons.items()
+            ],
             "steps": [step.to_dict() for step in self.steps],
             "chosen_by": {
                 "horizon": found.horizon,
-                "rollout_rmse": held_out,
+                "rollout_rmse": {
+                    name: dict(zip(AXES, map(float, error), strict=True)) for name, error in found.held_out.items()
+                },
                 "units": {axis: ROLLOUT_UNITS[axis] for axis in AXES},
             },
             "passivity": found.lawful.passivity.to_dict(),
@@ -136,7 +141,12 @@ def fit(
     found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
     if progress is not None:
         progress(Stage("scoring before and after on held-out data"))
-    nominal = VehicleModel(inputs.vehicle, "nominal", "physics")
-    fitted = VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters))
-    pairs = ((None, nominal), ("calibrated", fitted))
-    return FitRun(inputs, found, tuple(score_step(evaluate(m, inputs.parts.judged), label) for label, m in pairs))
+    models = (
+        VehicleModel(inputs.vehicle, "nominal", "physics"),
+        VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters)),
+    )
+    steps = tuple(
+        score_step(evaluate(model, inputs.parts.judged), label)
+        for label, model in zip((None, "calibrated"), models, strict=True)
+    )
+    return FitRun(inputs, found, steps)

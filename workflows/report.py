@@ -51,13 +51,19 @@ def find_browser() -> Path:
         when there is none, or the variable names what is not there.
     """
     named = os.environ.get(VARIABLE)
-    found = next(filter(None, map(shutil.which, [named] if named else [*NAMES, *PLACES])), None)
-    if named and not found:
-        raise RequestError(f"{VARIABLE}={named}: expected a browser that can be run, found none there; {HINT}")
-    browser = Path(found) if found else _of_playwright()
-    if browser is None:
+    if named:
+        found = shutil.which(named)
+        if found is None:
+            raise RequestError(f"{VARIABLE}={named}: expected a browser that can be run, found none there; {HINT}")
+        return Path(found)
+    for name in (*NAMES, *PLACES):
+        found = shutil.which(name)
+        if found is not None:
+            return Path(found)
+    own = _of_playwright()
+    if own is None:
         raise RequestError(f"--pdf needs a browser and found none; {HINT}")
-    return browser
+    return own
 
 
 def print_pdf(page: Path, target: Path, browser: Path) -> Path:
@@ -75,13 +81,20 @@ def print_pdf(page: Path, target: Path, browser: Path) -> Path:
     """
     with tempfile.TemporaryDirectory(prefix="undertow-pdf-", ignore_cleanup_errors=True) as scratch:
         written = Path(scratch, "page.pdf")
-        root = getattr(os, "geteuid", lambda: 1)() == 0
-        switches = [
-            *["--no-sandbox"] * root,  # Chromium does not start for root with it; the page has no script
-            *("--headless", "--disable-gpu", "--no-first-run", "--no-default-browser-check", "--disable-extensions"),
-            *("--no-pdf-header-footer", f"--user-data-dir={Path(scratch, 'profile')}", f"--print-to-pdf={written}"),
+        words = [
+            str(browser),
+            "--headless",
+            "--disable-gpu",
+            "--no-first-run",
+            "--no-default-browser-check",
+            "--disable-extensions",
+            "--no-pdf-header-footer",
+            f"--user-data-dir={Path(scratch, 'profile')}",
+            f"--print-to-pdf={written}",
+            page.absolute().as_uri(),
         ]
-        words = [str(browser), *switches, page.absolute().as_uri()]
+        if getattr(os, "geteuid", lambda: 1)() == 0:
+            words.insert(1, "--no-sandbox")  # Chromium does not start for root with it; the page has no script
         try:
             run = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=SECONDS, check=False)
         except subprocess.TimeoutExpired:
@@ -148,8 +161,9 @@ def report(
     for run in given:
         expect("report: runs", run, (str, os.PathLike), "undertow.write_run(RUN, FOLDER) writes one, with its page")
     folders = [Path(run) for run in given]
-    same = run_files.same_place
-    twice = sorted({str(one) for k, one in enumerate(folders) if any(same(one, other) for other in folders[:k])})
+    twice = sorted(
+        {str(folder) for k, folder in enumerate(folders) if any(run_files.same_place(folder, o) for o in folders[:k])}
+    )
     if twice:
         raise RequestError(f"report: {', '.join(twice)} is given twice; give each run once")
     target = None if out is None and len(folders) == 1 else Path(out or FLEET)
@@ -163,7 +177,8 @@ def report(
                 f"{folder} holds a comparison, not a run: expected it alone and without --model; 'undertow compare' "
                 "puts more models into one"
             )
-        (read_comparison if compared else read_run)(folder)
+        read = read_comparison if compared else read_run
+        read(folder)
         with run_files.refused(f"into {folder}"):
             check_folder(folder, new, run_files.own_report, force=force)
     if target is not None:
@@ -180,14 +195,17 @@ def report(
             _rewrite(folder)
     pages = [folder / run_files.PAGE for folder in folders]
     if target is not None:
-        several = len(folders) > 1
-        there = target.absolute().parent
-        text = fleet_page(list(map(read_run, folders)), there) if several else pages[0].read_text("utf-8")
+        if len(folders) > 1:
+            text = fleet_page([read_run(folder) for folder in folders], target.absolute().parent)
+        else:
+            text = pages[0].read_text("utf-8")
         with run_files.refused(str(target)):
             pages.append(write_text(target, text))
-        if browser is not None:
-            print_pdf(target, target.with_suffix(".pdf"), browser)
-    return pages if browser is None else [*pages, *(page.with_suffix(".pdf") for page in pages)]
+    if browser is None:
+        return pages
+    if target is not None:
+        print_pdf(target, target.with_suffix(".pdf"), browser)
+    return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
 def _version(folder: Path) -> tuple[tuple[int, int], ...]:
@@ -261,5 +279,7 @@ def _compared(
         return {}
     from .compare import compare_run  # reads logs and models, which a page alone does not need
 
-    moved = replace(moved, of_several=len(folders) > 1)
-    return {folder: compare_run(folder, models, moved, progress=progress) for folder in folders}
+    result = {}
+    for folder in folders:
+        result[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1), progress=progress)
+    return result

@@ -186,15 +186,20 @@ def _by_topic(names: Sequence[str]) -> str:
     for name in names:
         topic, colon, field = name.rpartition(":")
         topics.setdefault(topic if colon else "", []).append(field)
-    return "; ".join(f"{', '.join(fields)}{f' of {topic}' * bool(topic)}" for topic, fields in topics.items())
+    return "; ".join(
+        f"{', '.join(fields)} of {topic}" if topic else ", ".join(fields) for topic, fields in topics.items()
+    )
 
 
 def _excitation(excitation: Excitation, told: bool) -> Group | None:
     """Facts, and what they do not show unless the checks have `told` it."""
     speeds = (("surge", excitation.u, "m/s"), ("sway", excitation.v, "m/s"), ("yaw rate", excitation.r, "rad/s"))
     ranges = [f"{name} {number(low, 2)} to {number(high, 2)} {unit}" for name, (low, high), unit in speeds]
-    states = ("astern", "turning to starboard", "turning to port")
-    shares = [f"{state} {percent(getattr(excitation, state.replace(' ', '_')))}" for state in states]
+    shares = [
+        f"astern {percent(excitation.astern)}",
+        f"turning to starboard {percent(excitation.turning_to_starboard)}",
+        f"turning to port {percent(excitation.turning_to_port)}",
+    ]
     facts = [f"Speeds: {', '.join(ranges)}.", f"Share of the time: {', '.join(shares)}."]
     return section("What the boat did", bullets(facts), bullets(() if told else excitation.sentences, UNSURE))
 
@@ -203,12 +208,19 @@ def _channels(channels: Sequence[ChannelSummary]) -> RenderableType:
     """The channels in one table; at a narrow width without noise, then without unit, rate and gaps."""
     columns = [*text_columns("channel"), *word_columns("unit"), *number_columns("rows", "rate\nHz", "gaps")]
     columns += number_columns("longest\ngap s", "range", "noise")
-    rows = []
-    for channel in channels:
-        timing = (number(channel.count), number(channel.rate, blank=""), number(channel.gaps))
-        span = f"{number(channel.minimum)} to {number(channel.maximum)}"
-        values = (number(channel.longest_gap, blank=""), span, number(channel.noise, 2, blank=""))
-        rows.append((Text(channel.name), unit_text(channel.unit), *timing, *values))
+    rows = [
+        (
+            Text(channel.name),
+            unit_text(channel.unit),
+            number(channel.count),
+            number(channel.rate, blank=""),
+            number(channel.gaps),
+            number(channel.longest_gap, blank=""),
+            f"{number(channel.minimum)} to {number(channel.maximum)}",
+            number(channel.noise, 2, blank=""),
+        )
+        for channel in channels
+    ]
     gaps = (4, 5) if any(channel.gaps for channel in channels) else ()
     kept = [(0, 1, 2, 3, *gaps, 6, 7), (0, 1, 2, 3, *gaps, 6), (0, 2, *gaps, 6), (0, 6)]
     return fitting("Channels", "" if gaps else "no gaps", columns, rows, kept)
@@ -257,10 +269,12 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table
     columns += [*word_columns("unit"), Column("N ahead", justify="right")]
     rows = []
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
-        changes = [f"was {one.read_as}"] * (one.read_as != one.channel) + ["turned round"] * one.turned
-        by = "; ".join(["log", *[", ".join(changes)] * bool(changes)]) if one.by_log else "name"
+        text = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
+        if one.turned and one.read_as == one.channel:
+            text = "log; turned round"
         ends = [number(end, 4) for end in (one.output.astern, one.output.neutral, one.output.ahead)]
         full = number(float(built.curve.thrust(np.array([one.output.ahead]), built.command)[0]))
+        by = text if one.by_log else "name"
         rows.append((one.name, one.side or "?", by, *ends, unit_text(unit_of(one.channel)), full))
     return plain_table("Thrusters", "", columns, rows)
 

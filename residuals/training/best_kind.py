@@ -71,7 +71,7 @@ def candidates(
         if progress is not None:
             progress(name_of(choice))
         probes = probes_of(split, vehicle, choice, settings, every)
-        if probes.parts:
+        if any(part.block for _, part in probes.parts):
             found.append(Candidate(choice, rollout_ratio_of(probes), probes))
     if not found:
         raise RequestError(

@@ -3,10 +3,13 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from verbs import done, refused, strict
 
 import undertow
+from undertow.reports.page.figures.model_figures import _draw as draw
 
 pytest.importorskip("casadi", reason="what controllers plan with: pip install '.[export]'")
 EFFECT = ("--effect", "surge_linear_damping=-12", "--effect", "thruster_asymmetry=port:0.75")
@@ -53,6 +56,17 @@ def test_python_gives_the_passages():
     with pytest.raises(undertow.RequestError, match="did you mean 'square'"):
         undertow.control(["blueboat"], trial=undertow.Trial(tracks=("station", "sqare")), progress=said.append)
     assert not said
+
+
+def test_every_model_lies_within_the_frame_of_its_figure():
+    run = undertow.control(
+        ["blueboat"], None, {"thrust_scale": 0.8}, undertow.Trial(tracks=("transients",)), progress=None
+    )
+    record = run.record.but(results=tuple(reversed(run.record.results)))
+    axes = Figure().add_subplot()
+    draw(axes, record, "transients", run.passages)
+    best, worst = (np.asarray(line.get_ydata()).max() for line in axes.get_lines())
+    assert best < worst <= axes.get_ylim()[1]
 
 
 @pytest.mark.parametrize(

@@ -55,13 +55,15 @@ def command(
     >>> command(["discover"], ["one log.csv"], Reading("enu"), seed=3)
     "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu --out again"
     """
-    searched, refitted = verb[0] == "discover", {True: ["--refit"], False: ["--no-refit"], None: []}[refit]
-    words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml", *["--seed", str(seed)] * searched, *refitted]
-    words += ["--split", judge] * (searched and judge != FOLDS)
-    given = {"--frame": reading.frame, "--map": reading.channel_map, "--namespace": reading.namespace}
-    words += [str(word) for option in given.items() if option[1] for word in option]
+    words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
+    words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * (refit is True)
+    words += ["--no-refit"] * (refit is False)
+    words += ["--split", judge] if verb[0] == "discover" and judge != FOLDS else []
+    words += ["--frame", reading.frame] if reading.frame else []
+    words += ["--map", str(reading.channel_map)] if reading.channel_map else []
+    words += ["--namespace", reading.namespace] if reading.namespace else []
     words += ["--as-is"] * reading.as_is + ["--fix"] * reading.fix
-    words += ["--out", "again" if searched else "again.yaml"]
+    words += ["--out", "again" if verb[0] == "discover" else "again.yaml"]
     return shlex.join(words)
 
 

@@ -235,11 +235,13 @@ def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple
         style = {"color": colour, "lw": 1.0 if last else 1.8, "ls": "--" if last else "-", "label": label}
         if plan:
             axes.plot(done.motion[:, 1], done.motion[:, 0], **style)
-            axes.set(xlabel="east [m]", ylabel="north [m]", aspect="equal", adjustable="datalim")
         else:
             axes.plot(done.time, np.hypot(*(done.motion[:, :2] - points[:, :2]).T), **style)
-            axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.set_title(f"{track}: {TRACKS[track].about}", loc="left", fontsize=10.5)
+    if plan:
+        axes.set(xlabel="east [m]", ylabel="north [m]", aspect="equal", adjustable="datalim")
+    else:
+        axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False, ncols=2, title="RMS distance from it")
 
 
