@@ -302,7 +302,10 @@ def _predicts_better(
     every = (*adding_nothing, corrected)
     shares = np.sqrt(shares_of_error([judged.errors for judged in every], motion)).tolist()
     least = min(shares[:-1])
-    stands = shares[-1] <= least + (MATERIAL if named else -MATERIAL) and (named or not _breaks(corrected, nominal))
+    if named:
+        stands = shares[-1] <= least + MATERIAL
+    else:
+        stands = shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
     return None if stands else adding_nothing[shares.index(least)]
 
 

@@ -208,11 +208,8 @@ def read_in_steps(
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     found, told = find_logs(paths) if paths or not ready else ([], ())
     names = tuple(_utf8(path) for path in found)
-    called = [*names, *(str(log.path) for log in ready)]
-    if ready and (twice := sorted({name for name in called if called.count(name) > 1})):
-        raise RequestError(
-            f"two logs are called {twice[0]!r}; give each a name: Log.from_dataframe(..., name='monday')"
-        )
+    if ready:
+        _check_names([*names, *(str(log.path) for log in ready)])
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     told_bytes = megabytes(progress)
@@ -313,6 +310,15 @@ def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:
     told = [(source, text) for source, found in sorted(sensors.items()) for text in found.sentences.values()]
     names = {source: f"{Path(source).name}: " if len(sensors) > 1 else "" for source in sensors}
     return [f"{names[source]}{text}; what follows is corrected for it" for source, text in told]
+
+
+def _check_names(names: Sequence[str]) -> None:
+    """Refuse logs in memory that could not be told apart."""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RequestError(
+            f"two logs are called {twice[0]!r}; give each a name: Log.from_dataframe(..., name='monday')"
+        )
 
 
 def _utf8(path: PathLike) -> str:

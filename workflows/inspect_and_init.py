@@ -52,11 +52,13 @@ def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
         when a folder or a pattern holds none.
     """
     names, notes = find_logs(paths)
-    found: dict[Path, Path] = {}
-    for path in map(Path, names):
-        if found.setdefault(path.resolve(), path) is not path:
+    found = [Path(name) for name in names]
+    seen = set()
+    for path in found:
+        if path.resolve() in seen:
             raise RequestError(f"{path} is given twice; its evidence would count twice. Give it once.")
-    return list(found.values()), notes
+        seen.add(path.resolve())
+    return found, notes
 
 
 @showing
@@ -352,7 +354,9 @@ def _entries(log: Log, thrusters: Sequence[DetectedThruster], still: Sequence[st
     moved = [(one, entry) for one in thrusters if (entry := entries.get(one.read_as)) is not None]
     for one, _ in moved:
         del entries[one.read_as]
-    return entries | {one.channel: turned(entry, one.output.neutral) if one.turned else entry for one, entry in moved}
+    for one, entry in moved:
+        entries[one.channel] = turned(entry, one.output.neutral) if one.turned else entry
+    return entries
 
 
 def _doubts(thrusters: Sequence[DetectedThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:

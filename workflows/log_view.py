@@ -306,8 +306,8 @@ def assumed_of(vehicle: Vehicle, *, placed: bool = False) -> tuple[Assumed, ...]
         if not (placed and symbol == "arm_scale"):
             what = _ELSE.get(symbol) or words(_section(vehicle, symbol))
             found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), how_sure(source))
-    order = list(_ELSE.values())
-    return tuple(sorted(found.values(), key=lambda one: [*order, one.what].index(one.what)))
+    order = {what: k for k, what in enumerate(_ELSE.values())}
+    return tuple(sorted(found.values(), key=lambda one: order.get(one.what, len(order))))
 
 
 def _source(vehicle: Vehicle, symbol: str) -> str:

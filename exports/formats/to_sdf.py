@@ -280,7 +280,7 @@ def _hull_inertia(vehicle: Vehicle, inertial: bool) -> ElementTree.Element:
     if inertial:
         m = added_mass(vehicle)
         moved = {"xx": m[0, 0], "yy": m[1, 1], "yr": m[1, 2], "rr": m[2, 2]}
-        inside.append(xml_node("fluid_added_mass", {key: repr(float(x)) for key, x in moved.items()}))
+        inside.append(xml_node("fluid_added_mass", {key: repr(float(part)) for key, part in moved.items()}))
     return xml_node("inertial", {"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)}, *inside)
 
 

@@ -199,7 +199,12 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
         return sureness.file_numbers(item, nominal)
 
     def verdict(item: EffectFinding) -> Html:
-        return element("span", sureness.verdict_word(item), cls=f"tag {item.verdict}".removesuffix(" no evidence"))
+        tag = f"tag {item.verdict}" if item.verdict != "no evidence" else "tag"
+        return element("span", sureness.verdict_word(item), cls=tag)
+
+    def in_the_file(item: EffectFinding) -> Html:
+        filed = [one.filed() for one in numbers(item)]
+        return lines(filed if any(filed) else [])
 
     columns: dict[str, Callable[[EffectFinding], str]] = {
         "effect": effect_words,
@@ -207,7 +212,7 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
         "sure": sureness.odds,
         "value": lambda item: lines(f"{one.symbol} = {one.amount()}" for one in numbers(item)),
         "95 % interval": lambda item: lines(interval(one.ci95) for one in numbers(item)),
-        "in the file": lambda item: lines(filed if any(filed := [one.filed() for one in numbers(item)]) else []),
+        "in the file": in_the_file,
         sureness.BACK: sureness.comes_back,
         "not to be told from": lambda item: lines(twins(item)),
     }
