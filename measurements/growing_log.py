@@ -7,12 +7,9 @@ import gzip
 import io
 import sys
 import time
-from bisect import bisect_left
-from collections import defaultdict
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO
 
@@ -22,7 +19,7 @@ from ..physics.errors import LogError, RequestError, shown
 from ..physics.motion import RUN_UP, Array, Motion
 from ..physics.vehicle import Vehicle
 from .channels.channel_map import TIME, Entry, read_channel_map, time_of
-from .channels.mapping import Mapped, map_channels
+from .channels.mapping import map_channels
 from .formats.base import EPOCH, EXPECTED, Stream, TimeColumn, find_time, read_header
 from .formats.tables.tables import LONG, is_long, is_wide
 from .log import Log
@@ -115,6 +112,28 @@ def _lines(parts: Iterator[bytes], where: str, follow: bool) -> Iterator[list[st
         yield [rest.decode("utf-8", "replace")]
 
 
+@dataclass(slots=True)
+class _Column:
+    """The latest values of a stream, in the order in which they were written."""
+
+    time: list[float] = field(default_factory=list)
+    value: list[float] = field(default_factory=list)
+    line: list[int] = field(default_factory=list)
+
+    def stream(self, topic: str, name: str, like: Stream | None) -> Stream:
+        """As readers give it; the fields of a message, and the columns of a row, share one array of stamps."""
+        stamps = np.array(self.time)
+        if like is not None and np.array_equal(like.time, stamps):
+            stamps = like.time
+        return Stream(topic, name, stamps, np.array(self.value), np.array(self.line, dtype=np.int64))
+
+    def cut(self, before: float) -> None:
+        """Forget what is older, but for the last of it: a command that was sent once is still in force."""
+        kept = int(np.searchsorted(self.time, before)) - 1
+        if kept > 0:
+            del self.time[:kept], self.value[:kept], self.line[:kept]
+
+
 class GrowingTable:
     """Rows of a table, long or wide, as streams of the latest values.
 
@@ -134,7 +153,7 @@ class GrowingTable:
     def __init__(self, where: str, clock: TimeColumn | None = None) -> None:
         self.where, self.skipped, self.newest, self.start_ns = where, 0, -np.inf, 0
         self.notes: list[str] = []
-        self._values: defaultdict[tuple[str, str], list[tuple[float, float, int]]] = defaultdict(list)
+        self._columns: dict[tuple[str, str], _Column] = {}
         self._names: tuple[str, ...] = ()
         self._separator, self._line, self._long = ",", 0, False
         self._first: float | int | None = None
@@ -161,17 +180,15 @@ class GrowingTable:
     def streams(self) -> list[Stream]:
         """The latest values of every stream that has some."""
         result: list[Stream] = []
-        for (topic, name), values in sorted(self._values.items()):
-            time, value, line = map(np.array, zip(*values, strict=True))
-            # The fields of a message, and the columns of a row, share one array of stamps.
-            time = result[-1].time if result and np.array_equal(result[-1].time, time) else time
-            result.append(Stream(topic, name, time, value, line))
+        for name, column in sorted(self._columns.items()):
+            if column.time:
+                result.append(column.stream(*name, result[-1] if result else None))
         return result
 
     def cut(self, before: float) -> None:
-        """Forget what is older [s], but for the last value of each stream: a command is in force until the next."""
-        for values in self._values.values():
-            del values[: max(bisect_left(values, before, key=itemgetter(0)) - 1, 0)]
+        """Forget what is older [s], but for the last value of it of each stream."""
+        for column in self._columns.values():
+            column.cut(before)
 
     def take_notes(self) -> list[str]:
         """The notes since the last time."""
@@ -212,14 +229,16 @@ class GrowingTable:
         self.newest = max(self.newest, stamp)
 
     def _add(self, name: tuple[str, str], stamp: float, value: float) -> None:
-        values = self._values[name]
-        if values and stamp < values[-1][0]:
+        column = self._columns.setdefault(name, _Column())
+        if column.time and stamp < column.time[-1]:
             raise LogError(
-                f"{self.where}: time runs backwards at line {self._line}: {stamp:.6f} s after {values[-1][0]:.6f} s "
+                f"{self.where}: time runs backwards at line {self._line}: {stamp:.6f} s after {column.time[-1]:.6f} s "
                 f"in {':'.join(filter(None, name))}. A log that is followed must be written in the order of time; "
                 "was the clock set, or the recording started anew? Start again from there."
             )
-        values.append((stamp, value, self._line))
+        column.time.append(stamp)
+        column.value.append(value)
+        column.line.append(self._line)
 
     def _seconds(self, cell: str) -> float:
         try:
@@ -298,9 +317,10 @@ class GrowingLog:
         LogError
             when the vehicle cannot be followed by these channels.
         """
-        if not self.table.streams():
+        streams = self.table.streams()
+        if not streams:
             raise LogError(f"{self._where}: a header but no rows, or nothing at all; is the log being written?")
-        mapped = self._mapped()
+        mapped = map_channels(streams, self._reading.frame, self._entries, self._where, (), self._reading.namespace)
         self._entries = mapped.entries
         self.log = Log(Path(self._where), mapped.channels, mapped.notes, mapped.unused, mapped.entries)
         require(self.log, self._vehicle)
@@ -321,7 +341,10 @@ class GrowingLog:
         """
         if not ended and self._last is not None and self.table.newest < self._last + self._least + self._step:
             return []
-        self.log = log = Log(Path(self._where), self._mapped().channels, entries=self._entries)
+        streams = self.table.streams()
+        frame, namespace = self._reading.frame, self._reading.namespace
+        channels = map_channels(streams, frame, self._entries, self._where, (), namespace).channels
+        self.log = log = Log(Path(self._where), channels, entries=self._entries)
         result = []
         for start, end in usable_spans(log, self._vehicle, WEAK)[0]:
             ready = end if ended else end - self._step
@@ -340,11 +363,6 @@ class GrowingLog:
             self._last = float(grid[-1])
         self._forget(bool(result))
         return result
-
-    def _mapped(self) -> Mapped:
-        """The channels in the latest rows."""
-        reading = self._reading
-        return map_channels(self.table.streams(), reading.frame, self._entries, self._where, (), reading.namespace)
 
     def _forget(self, grown: bool) -> None:
         """Keep what the next rows need; of a channel that is silent, tell once."""

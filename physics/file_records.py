@@ -140,8 +140,14 @@ def _place(names: tuple[str | int, ...]) -> str:
     >>> _place(("candidates", 0, "terms"))
     'candidates[0].terms'
     """
-    short = (name if len(str(name)) <= _MOST_LETTERS else f"{str(name)[:_MOST_LETTERS]}..." for name in names)
-    return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in short).removeprefix(".")
+    text = ""
+    for name in names:
+        if isinstance(name, int):
+            text += f"[{name}]"
+            continue
+        short = name if len(name) <= _MOST_LETTERS else f"{name[:_MOST_LETTERS]}..."
+        text += f".{short}" if text else short
+    return text
 
 
 class DescribedEnum(Enum):

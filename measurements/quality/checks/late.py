@@ -251,18 +251,23 @@ def _late(records: Sequence[Record]) -> Found:
     where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
     told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
     row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
-    slope = sum(s * n for s, n in slopes) / max(sum(n for _, n in slopes), 1)
+    if late < _ROW * row:
+        return about.note(f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s")
+    if not slopes:
+        return about.untold(
+            f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
+        )
+    slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
+    if slope > _REAL:
+        return about.note(
+            f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
+        )
     between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
+    if between > _JITTER:
+        return about.note(f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row")
     spikes, noise = max(f.spikes for f in found), min(f.noise_speed for f in found)
-    for doubtful, why in (
-        (late < _ROW * row, f": the stamps jitter, and no fix is late by a row of {row:.2g} s"),
-        (not slopes, "; the boat moves too little there to tell whether the fixes or their stamps are off"),
-        (slope > _REAL, ", and the boat moves as the stamps say: the fixes are irregular, their stamps are right"),
-        (between > _JITTER, ", and more still by half of that: the stamps jitter, and no fix is late by a row"),
-        (spikes < noise, f"; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"),
-    ):
-        if doubtful:
-            return about.finding("note" if slopes or late < _ROW * row else "cannot tell", told + why)
+    if spikes < noise:
+        return about.note(f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)")
     return about.finding(
         "defect",
         f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",

@@ -334,9 +334,11 @@ def _classify(
 
 def _chance(one: Trials) -> float:
     """The chance that others which need no late clock explain a log no worse; 1 where the best one needs one."""
-    best, others = one.best, [trial for trial in one.contrary if trial.in_step]
-    chances = [chance_of_no_more(trial.residual_squares, best.residual_squares) for trial in others]
-    return max([BY_CHANCE, *chances]) if best.in_step else 1.0
+    if not one.best.in_step:
+        return 1.0
+    others = [trial for trial in one.contrary if trial.in_step]
+    chances = [chance_of_no_more(trial.residual_squares, one.best.residual_squares) for trial in others]
+    return max([BY_CHANCE, *chances])
 
 
 def _turned(records: Sequence[Record], name: str) -> str:
