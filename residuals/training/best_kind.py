@@ -14,7 +14,7 @@ KINDS = (
     *(Choice("ridge", {"filters": filters}, heading=heading) for filters in (0, 4) for heading in (False, True)),
     *(Choice("gp", heading=heading) for heading in (False, True)),
 )
-"""The kinds that are tried, about a minute together for a log of five: those that are fitted at once. Those that are
+"""The kinds that are tried, two minutes together for a log of five: those that are fitted at once. Those that are
 trained by steps err least of ours in no case of `docs/rivals.md`."""
 
 
