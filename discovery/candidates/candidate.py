@@ -96,7 +96,8 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
 
 def _limited(parameter: Parameter, vehicle: Vehicle) -> Parameter:
     """A parameter with limits that the vehicle sets."""
-    return replace(parameter, lower=_LIGHTEST * vehicle.mass) if parameter.symbol == "mass" else parameter
+    lower = _LIGHTEST * vehicle.mass if parameter.symbol == "mass" else vehicle.parameter(parameter.symbol).lower
+    return replace(parameter, lower=lower)
 
 
 _BY_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass", "memory_sway", "cross_flow")
