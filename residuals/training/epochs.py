@@ -218,7 +218,8 @@ class _Run:
                 found = read_checkpoint(self.folder, self.prepared.recipe)
         if found is None:
             # A hybrid that has learnt nothing is the vehicle; a pure network is nothing, unless it was trained before.
-            if not self.prepared.pure or "start" in self.prepared.recipe:
+            # How much a network counts that is fitted at once is its gain's to say.
+            if self.grown is None and (not self.prepared.pure or "start" in self.prepared.recipe):
                 self._judge(None)
             return
         self.network.load_state_dict(found.weights)

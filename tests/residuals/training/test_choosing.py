@@ -104,8 +104,7 @@ def test_what_does_not_learn_them_is_left_as_it_was(dragged: Split) -> None:
 def test_what_never_learnt_the_laws_is_told_of_them_and_kept_by_its_error(dragged: Split) -> None:
     nobody = Auditor(0, SOME)
     found = train(dragged, HULL, Choice("trees"), settings=replace(SHORT, trust=False), auditor=nobody)
-    assert [epoch.number for epoch in found.epochs] == [0, 1]
-    assert found.epochs[1].rmse < found.epochs[0].rmse
+    assert [epoch.number for epoch in found.epochs] == [1], "how far it counts is not for one part of the log to say"
     assert (found.best_epoch, found.lawful, len(nobody.asked)) == (1, False, 1)
 
 
