@@ -1,10 +1,12 @@
 """A discovery with a network beside the corrected model: its row, what it says, and its place in the run's folder."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from undertow.discovery.basis import DiscoverySettings
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import load_vehicle
@@ -14,11 +16,12 @@ from undertow.residuals.training import best_kind
 from undertow.residuals.training.best_kind import Candidate
 from undertow.residuals.training.probes import Probed
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
+from undertow.workflows import whole_answer
 from undertow.workflows.compare import compare_run
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import Run, write_run
-from undertow.workflows.train import write_network
+from undertow.workflows.train import NothingToLearnError, TrainRun, write_network
 from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, remove_network, with_network
 
 HULL = load_vehicle("blueboat")
@@ -37,7 +40,7 @@ def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp
     few = TrainingSettings(epochs=20, device="cpu")
     whole, done = with_network(run, "mlp", settings=few, progress=None)
     assert done is not None
-    assert done.model.vehicle == at_beginning(run.discovery.corrected)
+    assert done.model.vehicle == at_beginning(run.discovery.corrected), "without what is this log's alone"
     *before, last = whole.comparison.models
     assert before == list(run.comparison.models)
     assert (last.name, last.kind, last.fitted_here) == ("corrected + mlp", "hybrid", True)
@@ -82,6 +85,22 @@ def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkey
     assert whole.comparison.models == run.comparison.models
     assert "errs less than the vehicle alone. In predictions of 2 and 10 s" in whole.comparison.notes[-1]
     assert "gp 100\N{NO-BREAK SPACE}% and gp 120" in whole.comparison.notes[-1]
+
+
+def test_a_network_does_not_learn_when_the_commands_of_its_log_act(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    (known,) = (sensor for sensor in run.findings.sensors if sensor.what == "command_offset")
+    late = known.but(terms=(known.terms[0].but(value=0.03),))
+    seen = []
+
+    def asked(inputs: Inputs, *given: object, **options: object) -> TrainRun:
+        del given, options
+        seen.append(inputs.vehicle)
+        raise NothingToLearnError("nothing")
+
+    monkeypatch.setattr(whole_answer, "train", asked)
+    with_network(replace(run, findings=run.findings.but(sensors=(late,))), "mlp", progress=None)
+    with_network(replace(run, findings=run.findings.but(sensors=())), "mlp", progress=None)
+    assert [vehicle.value("command_offset") for vehicle in seen] == [0.03, 0.0]
 
 
 def test_an_unknown_kind_is_refused_before_the_work() -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from undertow.discovery.run_models import with_offset, without_offset
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.learnable_residual import measure_learnable_residual
@@ -78,15 +79,17 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
     have it.
     """
     if whole:
-        vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
+        run = discover(data.run, progress=None)
+        vehicle = with_offset(at_beginning(run.discovery.corrected), run.findings.sensors)
+    alone = VehicleModel(without_offset(vehicle), name)
     if not measure_learnable_residual(vehicle, (data.split.train, data.split.validation)).worth_it:
-        return VehicleModel(vehicle, name)
+        return alone
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
     if chosen.ratio >= 1.0:
-        return VehicleModel(vehicle, name)
+        return alone
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
-    model.name = name
+    model.name, model.vehicle = name, alone.vehicle
     return model
 
 
