@@ -24,6 +24,7 @@ from joblib import Parallel, delayed
 from study.records import processors
 from study.studies import STUDIES
 
+from undertow.physics.effects import COMMAND_OFFSET
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import at_beginning
 from undertow.physics.motion import Array
@@ -66,9 +67,11 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
             run = discover(inputs, progress=None)
             fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle, progress=None)
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
-        worth = measure_learnable_residual(vehicle, (split.train, split.validation)).worth_it
-        best = candidates(split, vehicle, TrainingSettings(device="cpu"))[0]
-        model = train(split, vehicle, replace(best.choice, probes=best.probes)).model
+        along = vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
+        worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it
+        best = candidates(split, along, TrainingSettings(device="cpu"))[0]
+        model = train(split, along, replace(best.choice, probes=best.probes)).model
+        model.vehicle = vehicle
     except (LogError, RequestError):
         return None
     other = fresh.parted("train").parts.split

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.presentation import Card, each, from_above, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
@@ -354,6 +355,12 @@ class Findings(Card, Record):
     def added(self) -> tuple[EffectFinding, ...]:
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
+
+    @property
+    def command_offset(self) -> float:
+        """Time by which the commands act later than the log's record of them says, as far as it was fitted [s]."""
+        terms = (t for sensor in self.sensors for t in sensor.terms if t.symbol == COMMAND_OFFSET.symbol)
+        return next((t.value for t in terms), 0.0)
 
     @property
     def plot(self) -> "FindingsPlots":

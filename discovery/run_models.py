@@ -20,7 +20,7 @@ from .candidates.candidate import CALIBRATED, Kind, at_limit
 from .candidates.linearisation import Linearisation, Option
 from .effect_findings import FoldRecord, Folds
 from .evidence.invariance import ENOUGH_BLOCKS
-from .findings import Findings, SensorError, Step
+from .findings import Findings, Step
 from .lawful.refit import passive_refit
 from .search.estimation import Interval, polish
 from .search.floating import Search, State, WithoutFold, hold_unseen
@@ -141,12 +141,6 @@ def _add_one(search: Search, final: State, chosen: tuple[str, ...], key: str) ->
 def without_offset(vehicle: Vehicle) -> Vehicle:
     """A vehicle without what the record of the commands does wrong: the model's, not the log's."""
     return vehicle.with_values({COMMAND_OFFSET.symbol: 0.0})
-
-
-def with_offset(vehicle: Vehicle, sensors: Sequence[SensorError]) -> Vehicle:
-    """A vehicle whose thrusters act as much later than a log says as its findings on sensors tell: along that log."""
-    terms = (term for sensor in sensors if sensor.what == COMMAND_OFFSET.symbol for term in sensor.terms)
-    return vehicle.with_values({term.symbol: term.value for term in terms})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ from ..comparison.comparison import Judged, coverage, judge, row
 from ..comparison.facts import ComparedModel
 from ..measurements.formats.registry import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import hold_folder, recover
@@ -21,6 +22,7 @@ from ..physics.forces import at_beginning
 from ..physics.presentation import percent
 from ..physics.reading import Plain
 from ..physics.stage import Say, Stage
+from ..physics.vehicle import Vehicle
 from ..reports.model_words import (
     broken_laws,
     kinds_in_words,
@@ -152,7 +154,7 @@ class TrainRun:
         }
 
 
-def _left(inputs: Inputs, settings: TrainingSettings) -> LearnableResidual:
+def _left(inputs: Inputs, vehicle: Vehicle, settings: TrainingSettings) -> LearnableResidual:
     """What there is to learn beside the vehicle on the rows that do not judge.
 
     Raises
@@ -161,7 +163,7 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> LearnableResidual:
         where nothing is, and the settings say to decline then.
     """
     split = inputs.parts.split
-    left = measure_learnable_residual(at_beginning(inputs.vehicle), (split.train, split.validation))
+    left = measure_learnable_residual(vehicle, (split.train, split.validation))
     if settings.decline and not left.worth_it:
         raise NothingToLearnError(
             f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
@@ -186,7 +188,8 @@ def train(
 
     Parameters
     ----------
-    inputs : logs and nominal vehicle, see `read_inputs`
+    inputs : logs and nominal vehicle, see `read_inputs`; a `command_offset` that its thrusters were given, such as
+        `findings.command_offset`, is that of the logs and not the boat's, so the network does not learn it
     choice : the network, by a name of `train --residual` or `BEST`, its options, whether it learns all of the motion
         without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
@@ -215,7 +218,8 @@ def train(
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
-    recipe, alone = settings or TrainingSettings(), at_beginning(inputs.vehicle)  # a network knows no time
+    recipe, along = settings or TrainingSettings(), at_beginning(inputs.vehicle)  # a network knows no time
+    inputs = replace(inputs, vehicle=inputs.vehicle.with_values({COMMAND_OFFSET.symbol: 0.0}))
 
     def each(epoch: "Epoch") -> None:
         told(epoch)
@@ -226,10 +230,10 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
-    left = None if chosen.pure else _left(inputs, recipe)
+    left = None if chosen.pure else _left(inputs, along, recipe)
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
-        kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
+        kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress)))
         if recipe.decline and kinds[0].ratio >= 1.0:
             raise NothingToLearnError(none_holds_elsewhere(kinds))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
@@ -239,7 +243,7 @@ def train(
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
             inputs.parts.split,
-            alone,
+            along,
             chosen,
             settings=recipe,
             folder=target,
@@ -247,6 +251,7 @@ def train(
             progress=each,
             auditor=judged,
         )
+    found.model.vehicle = at_beginning(inputs.vehicle)
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
     errors = evaluate(found.model, inputs.parts.judged)

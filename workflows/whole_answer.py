@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
-from ..discovery.run_models import with_offset, without_offset
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.files import remove
 from ..physics.forces import at_beginning
 from ..physics.presentation import percent
@@ -65,13 +65,11 @@ def with_network(
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
     if found.hidden is not None:
         inputs = inputs.mapped(found.hidden.corrected)
-    # What a record of the commands does wrong is that log's: a network that learns it errs by it on every other.
-    inputs = replace(inputs, vehicle=with_offset(inputs.vehicle, run.findings.sensors))
+    along = inputs.vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
     try:
-        done = train(inputs, choice_of(None, kind), settings=settings, progress=progress)
+        done = train(replace(inputs, vehicle=along), choice_of(None, kind), settings=settings, progress=progress)
     except NothingToLearnError as end:
         return _noting(run, str(end)), None
-    done.model.vehicle = without_offset(done.model.vehicle)
     done.model.name = _name(done.model.network.name)
     judged = row(judge(done.model, run.inputs.parts)).but(fitted_here=True)
     models = (*run.comparison.models, judged)

@@ -3,15 +3,20 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from undertow.discovery.basis import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import at_beginning
+from undertow.physics.motion import Motion
+from undertow.physics.sampled_series import shift
 from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.model_files import load_network
+from undertow.residuals.scores import rollout_scores
 from undertow.residuals.training import best_kind
 from undertow.residuals.training.best_kind import Candidate
 from undertow.residuals.training.probes import Probed
@@ -21,7 +26,7 @@ from undertow.workflows.compare import compare_run
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import Run, write_run
-from undertow.workflows.train import NothingToLearnError, TrainRun, write_network
+from undertow.workflows.train import NothingToLearnError, TrainRun, train, write_network
 from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, remove_network, with_network
 
 HULL = load_vehicle("blueboat")
@@ -94,13 +99,31 @@ def test_a_network_does_not_learn_when_the_commands_of_its_log_act(run: Run, mon
 
     def asked(inputs: Inputs, *given: object, **options: object) -> TrainRun:
         del given, options
-        seen.append(inputs.vehicle)
+        seen.append(inputs.vehicle.value("command_offset"))
         raise NothingToLearnError("nothing")
 
     monkeypatch.setattr(whole_answer, "train", asked)
     with_network(replace(run, findings=run.findings.but(sensors=(late,))), "mlp", progress=None)
     with_network(replace(run, findings=run.findings.but(sensors=())), "mlp", progress=None)
-    assert [vehicle.value("command_offset") for vehicle in seen] == [0.03, 0.0]
+    assert seen == [0.03, 0.0]
+
+
+def test_what_its_log_says_too_early_is_not_learnt_as_the_boats(run: Run) -> None:
+    late = 0.05
+
+    def early(motion: Motion) -> Motion:
+        columns = [shift(column, -late, motion.time_step) for column in motion.commands.T]
+        return replace(motion, commands=np.column_stack(columns))
+
+    exact = read_inputs(list(run.inputs.paths), apply_effects(HULL, LACKING), progress=None)
+    how = TrainingSettings(decline=False, device="cpu")
+    told, untold = (
+        train(replace(exact.mapped(early), vehicle=vehicle), Choice("ridge"), settings=how, progress=None).model
+        for vehicle in (exact.vehicle.with_values({"command_offset": late}), exact.vehicle)
+    )
+    assert told.vehicle == untold.vehicle == at_beginning(exact.vehicle)
+    errors = [rollout_scores(model, exact.parts.judged)["2"].velocity[2] for model in (told, untold)]
+    assert errors[0] < 0.7 * errors[1], "judged with the commands as they are"
 
 
 def test_an_unknown_kind_is_refused_before_the_work() -> None:

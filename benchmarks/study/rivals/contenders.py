@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from undertow.discovery.run_models import with_offset, without_offset
+from undertow.physics.effects import COMMAND_OFFSET
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.learnable_residual import measure_learnable_residual
@@ -78,10 +78,11 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
     The vehicle alone where it leaves nothing to learn, or no network errs less in another part of the run, as the verbs
     have it.
     """
+    late = 0.0
     if whole:
         run = discover(data.run, progress=None)
-        vehicle = with_offset(at_beginning(run.discovery.corrected), run.findings.sensors)
-    alone = VehicleModel(without_offset(vehicle), name)
+        vehicle, late = at_beginning(run.discovery.corrected), run.findings.command_offset
+    alone, vehicle = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
     if not measure_learnable_residual(vehicle, (data.split.train, data.split.validation)).worth_it:
         return alone
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")

@@ -18,8 +18,10 @@ from undertow.physics.laws.audit.thrust import PowerUnderThrust, driven_power
 from undertow.physics.laws.damping_power import envelope_of
 from undertow.physics.laws.energy import INSIDE, coasting_power, full_force, let_pass
 from undertow.physics.motion import Array
+from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.models.unforced_states import UnforcedStates
+from undertow.residuals.scores import acceleration_score
 from undertow.residuals.training.checkpoint import Verdict
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.history import Epoch, best_epochs
@@ -105,6 +107,10 @@ def test_what_never_learnt_the_laws_is_told_of_them_and_kept_by_its_error(dragge
     nobody = Auditor(0, SOME)
     found = train(dragged, HULL, Choice("trees"), settings=replace(SHORT, trust=False), auditor=nobody)
     assert [epoch.number for epoch in found.epochs] == [1], "how far it counts is not for one part of the log to say"
+    alone, own = (
+        acceleration_score(model, dragged.validation).rmse for model in (VehicleModel(HULL, "alone"), found.model)
+    )
+    assert np.mean((own / alone) ** 2) < 1.0
     assert (found.best_epoch, found.lawful, len(nobody.asked)) == (1, False, 1)
 
 
