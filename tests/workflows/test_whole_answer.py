@@ -43,23 +43,23 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp_path: Path) -> None:
     few = TrainingSettings(epochs=20, device="cpu")
-    whole, done = with_network(run, "mlp", settings=few, progress=None)
+    whole, done = with_network(run, "ridge", settings=few, progress=None)
     assert done is not None
     assert done.model.vehicle == at_beginning(run.discovery.corrected), "without what is this log's alone"
     *before, last = whole.comparison.models
     assert before == list(run.comparison.models)
-    assert (last.name, last.kind, last.fitted_here) == ("corrected + mlp", "hybrid", True)
+    assert (last.name, last.kind, last.fitted_here) == ("corrected + ridge", "hybrid", True)
     named = next(model for model in before if model.name == "corrected")
     assert last.rollout["10"].sway < named.rollout["10"].sway
     note = whole.comparison.notes[-1]
     assert note.startswith("Of the nominal model's error of position over ")
-    assert "; a network (mlp) of what has no name takes " in note
+    assert "; a network (ridge) of what has no name takes " in note
     folder = write_run(whole, tmp_path / "run", report=False, progress=None)
     assert network_of(folder) is None
     write_network(done, folder / NETWORK)
     assert load_network(folder / NETWORK).vehicle == at_beginning(load_vehicle(folder / "model.yaml"))
     again = compare_run(folder, progress=None)
-    row = next(model for model in again.models if model.name == "corrected + mlp")
+    row = next(model for model in again.models if model.name == "corrected + ridge")
     assert row.fitted_here
     assert row.rollout["10"].position == pytest.approx(last.rollout["10"].position, rel=1e-3)
     (folder / NETWORK / "mine.txt").write_text("kept")
