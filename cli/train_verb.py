@@ -20,7 +20,7 @@ def train(
     residual: str | None = option(
         "--residual",
         "Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
-        "trees, gp, ridge, or best: the one that predicts best over blocks of the log that it does not know.",
+        "trees, gp, ridge, or best: the one that predicts best over parts of the log that it does not know.",
     ),
     start: Path | None = option("--start", "Go on from this network, of another boat or log.", metavar="MODEL"),
     pure: bool = option("--pure", "Learn all of the motion, without the vehicle's physics.", False),

@@ -102,7 +102,7 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     """Which kind was chosen, by what the probes of each left of the vehicle's error."""
     told = listing([f"{one.name} {percent(one.ratio)}" for one in kinds])
     return (
-        "In predictions of 2 and 10 s over blocks of the log that they did not know, this is what kinds of network "
+        "In predictions of 2 and 10 s over parts of the log that they did not know, this is what kinds of network "
         f"leave of the vehicle's error: {told}."
     )
 
@@ -110,7 +110,7 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
 def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
     """Why none of the kinds that were tried is used: the vehicle alone is one of them, too."""
     return (
-        "On blocks of this log that it was not fitted to, no kind of network errs less than the vehicle alone. "
+        "On parts of this log that it was not fitted to, no kind of network errs less than the vehicle alone. "
         f"{kinds_in_words(kinds)} Use the vehicle as it is; train all the same with --set decline=0"
     )
 

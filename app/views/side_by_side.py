@@ -77,7 +77,7 @@ def _kept(rival: Rival) -> str:
 
 
 _NETWORKS = {
-    "best": "the one that predicts best over blocks of the log that it does not know",
+    "best": "the one that predicts best over parts of the log that it does not know",
     "mlp": "MLP: what the present state tells",
     "lstm": "LSTM: with memory",
     "tcn": "TCN: with a fixed memory",

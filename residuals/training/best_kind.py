@@ -1,4 +1,4 @@
-"""Choice of the kind of network: the one whose probes err least in rollouts of blocks that they do not know."""
+"""Choice of the kind of network: the one whose probes err least in rollouts of parts that they do not know."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Candidate:
     Attributes
     ----------
     choice : the kind
-    ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone
+    ratio : error of its rollouts over parts that its probes do not know, in that of the vehicle alone
     probes : all its probes, of which its gain comes
     """
 
@@ -54,7 +54,8 @@ def candidates(
 ) -> list[Candidate]:
     """Some kinds, the best first; those that cannot stand beside a vehicle, such as `symmetric`, are left out.
 
-    Each is judged with the gain that it would have: by probes of blocks of time and of regions of states.
+    Each is judged on blocks of time and regions of states that its probes do not know, with the gain that the others
+    tell.
 
     Parameters
     ----------

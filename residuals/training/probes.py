@@ -180,18 +180,16 @@ def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
 
 
 def rollout_ratio_of(found: Probed) -> float:
-    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither a probe nor its gain knows.
+    """Error of rollouts of probes in that of the vehicle alone, on parts that neither a probe nor its gain knows.
 
-    Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
+    Geometric mean over parts, horizons of 2 and 10 s, and speeds and position, so that no part counts for more because
+    the vehicle errs more there; 1 where no rollout fits.
     """
-    own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
-    for model, asked in found.held_out(block=True):
-        for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
-            for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
-                kept[name] += errors.squares
-    ratios = [
-        np.log(np.concatenate(own[name]).mean(axis=0) / np.maximum(np.concatenate(alone[name]).mean(axis=0), 1e-300))
-        for name in own
-        if own[name]
-    ]
+    ratios = []
+    for model, asked in (*found.held_out(block=True), *found.held_out(block=False)):
+        alone = rollout_errors(VehicleModel(model.vehicle, "alone"), asked, (2.0, 10.0))
+        for name, errors in rollout_errors(model, asked, (2.0, 10.0)).items():
+            if errors.squares:
+                own, its = (np.concatenate(each.squares).mean(axis=0) for each in (errors, alone[name]))
+                ratios.append(np.log(own / np.maximum(its, 1e-300)))
     return float(np.exp(0.5 * np.mean(ratios))) if ratios else 1.0
