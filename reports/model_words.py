@@ -107,11 +107,12 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     )
 
 
-def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
+def none_holds_elsewhere(kinds: "Sequence[Candidate]", left: "LearnableResidual") -> str:
     """Why none of the kinds that were tried is used: the vehicle alone is one of them, too."""
     return (
-        "On parts of this log that it was not fitted to, no kind of network errs less than the vehicle alone. "
-        f"{kinds_in_words(kinds)} Use the vehicle as it is; train all the same with --set decline=0"
+        "On parts of this log that it was not fitted to, no kind of network errs less than the vehicle alone"
+        f"{' by more than chance' * (kinds[0].ratio < 1.0)}. {kinds_in_words(kinds)} Without one, "
+        f"{say_learnable(left)}. Use the vehicle as it is; train all the same with --set decline=0"
     )
 
 

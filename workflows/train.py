@@ -53,7 +53,7 @@ TRAIN_SCHEMA = "undertow.train/1"
 _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
 BEST = "best"
-"""Stands for the kind that is best in predictions of blocks of the log that it does not know."""
+"""Stands for the kind that is best in predictions of parts of the log that it does not know."""
 
 
 class NothingToLearnError(RequestError):
@@ -154,17 +154,17 @@ class TrainRun:
         }
 
 
-def _left(inputs: Inputs, vehicle: Vehicle, settings: TrainingSettings) -> LearnableResidual:
+def _left(inputs: Inputs, vehicle: Vehicle, *, decline: bool) -> LearnableResidual:
     """What there is to learn beside the vehicle on the rows that do not judge.
 
     Raises
     ------
     NothingToLearnError
-        where nothing is, and the settings say to decline then.
+        where nothing is, and that is a reason to decline.
     """
     split = inputs.parts.split
     left = measure_learnable_residual(vehicle, (split.train, split.validation))
-    if settings.decline and not left.worth_it:
+    if decline and not left.worth_it:
         raise NothingToLearnError(
             f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
             "the vehicle as it is; train all the same with --set decline=0"
@@ -230,12 +230,12 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
-    left = None if chosen.pure else _left(inputs, along, recipe)
+    left = None if chosen.pure else _left(inputs, along, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
-    if chosen.network == BEST:
+    if chosen.network == BEST and left is not None:
         kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress)))
-        if recipe.decline and kinds[0].ratio >= 1.0:
-            raise NothingToLearnError(none_holds_elsewhere(kinds))
+        if recipe.decline and not kinds[0].holds(learnable=left.worth_it):
+            raise NothingToLearnError(none_holds_elsewhere(kinds, left))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import log
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
@@ -17,6 +18,9 @@ KINDS = (
 """The kinds that are tried, two minutes together for a log of five: those that are fitted at once. Those that are
 trained by steps err least of ours in no case of `docs/rivals.md`."""
 
+_SURE = 2.0
+"""Standard errors by which a kind is surely better than the vehicle alone. See `docs/decisions.md`."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
@@ -26,12 +30,23 @@ class Candidate:
     ----------
     choice : the kind
     ratio : error of its rollouts over parts that its probes do not know, in that of the vehicle alone
+    error : standard error of the logarithm of `ratio`
     probes : all its probes, of which its gain comes
     """
 
     choice: Choice
     ratio: float
+    error: float
     probes: Probed
+
+    def holds(self, *, learnable: bool) -> bool:
+        """True where it errs less than the vehicle alone, which is one of the kinds, too.
+
+        Parameters
+        ----------
+        learnable : whether what the vehicle leaves is surely more than noise; else the parts have to be sure
+        """
+        return log(self.ratio) < (0.0 if learnable else -_SURE * self.error)
 
     @property
     def name(self) -> str:
@@ -73,7 +88,7 @@ def candidates(
             progress(name_of(choice))
         probes = probes_of(split, vehicle, choice, settings, every)
         if any(part.block for _, part in probes.parts):
-            found.append(Candidate(choice, rollout_ratio_of(probes), probes))
+            found.append(Candidate(choice, *rollout_ratio_of(probes), probes))
     if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "

@@ -179,17 +179,26 @@ def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     return replace(gain.trust, reaches=reaches, weights=weights, error=error)
 
 
-def rollout_ratio_of(found: Probed) -> float:
+def rollout_ratio_of(found: Probed) -> tuple[float, float]:
     """Error of rollouts of probes in that of the vehicle alone, on parts that neither a probe nor its gain knows.
 
     Geometric mean over parts, horizons of 2 and 10 s, and speeds and position, so that no part counts for more because
-    the vehicle errs more there; 1 where no rollout fits.
+    the vehicle errs more there.
+
+    Returns
+    -------
+    (ratio, error)
+        error is the standard error of the logarithm, by its scatter over the parts; (1, inf) where no rollout fits
     """
-    ratios = []
+    every = []
     for model, asked in (*found.held_out(block=True), *found.held_out(block=False)):
         alone = rollout_errors(VehicleModel(model.vehicle, "alone"), asked, (2.0, 10.0))
+        ratios = []
         for name, errors in rollout_errors(model, asked, (2.0, 10.0)).items():
             if errors.squares:
                 own, its = (np.concatenate(each.squares).mean(axis=0) for each in (errors, alone[name]))
-                ratios.append(np.log(own / np.maximum(its, 1e-300)))
-    return float(np.exp(0.5 * np.mean(ratios))) if ratios else 1.0
+                ratios.append(0.5 * np.log(np.maximum(own, 1e-300) / np.maximum(its, 1e-300)))
+        if ratios:
+            every.append(float(np.mean(ratios)))
+    error = float(np.std(every, ddof=1)) / len(every) ** 0.5 if len(every) > 1 else np.inf
+    return float(np.exp(np.mean(every))) if every else 1.0, error

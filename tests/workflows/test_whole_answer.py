@@ -82,7 +82,7 @@ def test_a_model_that_leaves_nothing_ends_with_a_line(run: Run) -> None:
 def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def tried(*given: object, **options: object) -> list[Candidate]:
         del given, options
-        return [Candidate(Choice("gp"), ratio, Probed()) for ratio in (1.0, 1.2)]
+        return [Candidate(Choice("gp"), ratio, 0.1, Probed()) for ratio in (1.0, 1.2)]
 
     monkeypatch.setattr(best_kind, "candidates", tried)
     whole, done = with_network(run, "best", progress=None)

@@ -75,19 +75,17 @@ KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees
 def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
     """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names.
 
-    The vehicle alone where it leaves nothing to learn, or no network errs less in another part of the run, as the verbs
-    have it.
+    The vehicle alone where no network errs less in another part of the run, as the verbs have it.
     """
     late = 0.0
     if whole:
         run = discover(data.run, progress=None)
         vehicle, late = at_beginning(run.discovery.corrected), run.findings.command_offset
     alone, vehicle = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
-    if not measure_learnable_residual(vehicle, (data.split.train, data.split.validation)).worth_it:
-        return alone
+    left = measure_learnable_residual(vehicle, (data.split.train, data.split.validation))
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
-    if chosen.ratio >= 1.0:
+    if not chosen.holds(learnable=left.worth_it):
         return alone
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name, model.vehicle = name, alone.vehicle
