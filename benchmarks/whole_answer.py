@@ -1,4 +1,4 @@
-"""What the network of the whole answer is worth on another run, and what a limit on what it earns would stop.
+"""What the network of the whole answer is worth on another run, and what the rules that decline one stop and cost.
 
 Each log goes through `discover`; beside the corrected model the kinds of `train --residual best` are tried, and the
 best is trained whatever it earned. Corrected model and network predict another run of the same boat, which neither fit
@@ -6,15 +6,13 @@ nor choice saw: mean logarithm of 10 s errors of speeds and position, in those o
 
     python benchmarks/whole_answer.py [--study NAME]... [--logs 24] [--jobs N]
 
-Tuning seeds. Prints a row a log, and for each limit on the error that blocks of the log leave the best network of the
-corrected model's: networks that are kept, those of them that err more on the other run by 3 % of the nominal error, and
-the error of the answer over that of the corrected model, geometric mean. Once for logs of which surely more than noise
-is left, and once for all.
+Tuning seeds. Prints a row a log, and for each rule networks that are kept, those of them that err more on the other run
+by 3 % of the nominal error, and the error of the answer over that of the corrected model, geometric mean.
 """
 
 import argparse
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -31,29 +29,41 @@ from undertow.physics.motion import Array
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.scores import rollout_errors
-from undertow.residuals.training.best_kind import candidates
+from undertow.residuals.training.best_kind import Candidate, candidates
 from undertow.residuals.training.epochs import train
+from undertow.residuals.training.probes import Probed
 from undertow.residuals.training.training_settings import TrainingSettings
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
 
-LIMITS = (np.inf, 1.0, 0.98, 0.95, 0.9, 0.0)
 WORSE = 0.03
 """Share of the nominal error by which a network may err more than what it stands on."""
 
 
 class Asked(NamedTuple):
-    """A log: what blocks say of the best kind, and errors on another run in the nominal model's, (4,) each.
+    """A log: what parts say of the best kind, and errors on another run in the nominal model's, (4,) each.
 
     `worth`: whether what the corrected model leaves is surely more than noise and preparation.
     """
 
     name: str
     worth: bool
-    kind: str
-    ratio: float
+    best: Candidate
     corrected: Array
     whole: Array
+
+
+RULES: dict[str, Callable[[Asked], bool]] = {
+    "it was tried": lambda _: True,
+    "surely more than noise is left": lambda one: one.worth,
+    "it errs less on parts that it does not know": lambda one: one.best.holds(learnable=True),
+    "both": lambda one: one.worth and one.best.holds(learnable=True),
+    "it surely errs less there": lambda one: one.best.holds(learnable=False),
+    "it errs less there, surely where no more than noise is left (the verb)": lambda one: one.best.holds(
+        learnable=one.worth
+    ),
+}
+"""Ways to decide whether a network stands beside the corrected model."""
 
 
 def asked(study: str, key: tuple[str, int]) -> Asked | None:
@@ -84,7 +94,7 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
 
     nominal = error(VehicleModel(logged.vehicle, "nominal"))
     one, both = (error(each) / nominal for each in (VehicleModel(vehicle, "corrected"), model))
-    return Asked(f"{study} {key[0]} {key[1]}", worth, best.name, best.ratio, one, both)
+    return Asked(f"{study} {key[0]} {key[1]}", worth, replace(best, probes=Probed()), one, both)
 
 
 def spread(keys: Sequence[tuple[str, int]], count: int) -> list[tuple[str, int]]:
@@ -112,18 +122,18 @@ def main() -> None:
         if one is not None:
             found.append(one)
             print(
-                f"{one.name}: {'' if one.worth else 'nothing left, '}{one.kind} {one.ratio:.3f}, "
+                f"{one.name}: {'' if one.worth else 'nothing left, '}{one.best.name} {one.best.ratio:.3f} "
+                f"(error of its logarithm {one.best.error:.3f}), "
                 f"{one.corrected.round(3)} -> {one.whole.round(3)}",
                 flush=True,
             )
     print(f"{len(found)} logs, {sum(one.worth for one in found)} of which leave something to learn")
-    for title, some in (("what is left is surely more than noise", True), ("all", False)):
-        print(f"\n| limit ({title}) | kept | worse | error |\n| --- | ---: | ---: | ---: |")
-        for limit in LIMITS:
-            kept = [one for one in found if one.ratio < limit and (one.worth or not some)]
-            worse = sum(bool((one.whole - one.corrected > WORSE).any()) for one in kept)
-            gain = sum(float(np.log(one.whole / one.corrected).mean()) for one in kept) / max(len(found), 1)
-            print(f"| {limit:g} | {len(kept)} | {worse} | {np.exp(gain):.3f} |")
+    print("\n| a network is kept where | kept | worse | error |\n| --- | ---: | ---: | ---: |")
+    for title, rule in RULES.items():
+        kept = [one for one in found if rule(one)]
+        worse = sum(bool((one.whole - one.corrected > WORSE).any()) for one in kept)
+        gain = sum(float(np.log(one.whole / one.corrected).mean()) for one in kept) / max(len(found), 1)
+        print(f"| {title} | {len(kept)} | {worse} | {np.exp(gain):.3f} |")
 
 
 if __name__ == "__main__":
