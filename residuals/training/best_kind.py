@@ -1,8 +1,8 @@
-"""Choice of the kind of network: the one whose probes err least in rollouts of parts that they do not know."""
+"""Choice of the kind of network: the one whose probes surely err least in rollouts of parts that they do not know."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import log
+from math import exp, log
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
@@ -67,7 +67,7 @@ def candidates(
     kinds: Sequence[Choice] = KINDS,
     progress: Callable[[str], None] | None = None,
 ) -> list[Candidate]:
-    """Some kinds, the best first; those that cannot stand beside a vehicle, such as `symmetric`, are left out.
+    """Some kinds, the one of the least ratio and standard error first; what cannot stand beside a vehicle is left out.
 
     Each is judged on blocks of time and regions of states that its probes do not know, with the gain that the others
     tell.
@@ -94,4 +94,4 @@ def candidates(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    return sorted(found, key=lambda one: one.ratio)
+    return sorted(found, key=lambda one: one.ratio * exp(one.error))
