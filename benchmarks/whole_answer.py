@@ -29,7 +29,7 @@ from undertow.physics.motion import Array
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.scores import rollout_errors
-from undertow.residuals.training.best_kind import Candidate, candidates
+from undertow.residuals.training.best_kind import Candidate, best_of, candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.probes import Probed
 from undertow.residuals.training.training_settings import TrainingSettings
@@ -79,7 +79,8 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
         along = vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
         worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it
-        best = candidates(split, along, TrainingSettings(device="cpu"))[0]
+        kinds = candidates(split, along, TrainingSettings(device="cpu"))
+        best = best_of(kinds, learnable=worth) or kinds[0]
         model = train(split, along, replace(best.choice, probes=best.probes)).model
         model.vehicle = vehicle
     except (LogError, RequestError):

@@ -100,7 +100,9 @@ def trust_in_words(trust: "Trust") -> str:
 
 def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     """Which kind was chosen, by what the probes of each left of the vehicle's error."""
-    told = listing([f"{one.name} {percent(one.ratio)}" for one in kinds])
+    told = listing(
+        [f"{one.name} {percent(one.ratio)} (standard error {percent(one.ratio * one.error)})" for one in kinds]
+    )
     return (
         "In predictions of 2 and 10 s over parts of the log that they did not know, this is what kinds of network "
         f"leave of the vehicle's error: {told}."
@@ -111,7 +113,7 @@ def none_holds_elsewhere(kinds: "Sequence[Candidate]", left: "LearnableResidual"
     """Why none of the kinds that were tried is used: the vehicle alone is one of them, too."""
     return (
         "On parts of this log that it was not fitted to, no kind of network errs less than the vehicle alone"
-        f"{' by more than chance' * (kinds[0].ratio < 1.0)}. {kinds_in_words(kinds)} Without one, "
+        f"{' by more than chance' * any(one.ratio < 1.0 for one in kinds)}. {kinds_in_words(kinds)} Without one, "
         f"{say_learnable(left)}. Use the vehicle as it is; train all the same with --set decline=0"
     )
 

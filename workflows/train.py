@@ -54,6 +54,7 @@ _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
 BEST = "best"
 """Stands for the kind that is best in predictions of parts of the log that it does not know."""
+_BEST_CHOOSES = "train: --residual best chooses; leave out --option, --pure and --heading, or name a kind"
 
 
 class NothingToLearnError(RequestError):
@@ -212,8 +213,10 @@ def train(
     inputs = inputs.parted("train")
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
+    if chosen.network == BEST and (chosen.options or chosen.pure or chosen.heading):
+        raise RequestError(_BEST_CHOOSES)
     from ..residuals.networks.registry import NETWORKS
-    from ..residuals.training.best_kind import candidates
+    from ..residuals.training.best_kind import best_of, candidates
     from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
@@ -233,10 +236,16 @@ def train(
     left = None if chosen.pure else _left(inputs, along, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST and left is not None:
-        kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress)))
-        if recipe.decline and not kinds[0].holds(learnable=left.worth_it):
+        try:
+            kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress)))
+        except RequestError:  # such as of a log that is too short to be parted
+            _left(inputs, along, decline=recipe.decline)
+            raise
+        best = best_of(kinds, learnable=left.worth_it)
+        if best is None and recipe.decline:
             raise NothingToLearnError(none_holds_elsewhere(kinds, left))
-        chosen = replace(kinds[0].choice, probes=kinds[0].probes)
+        best = best or kinds[0]
+        chosen = replace(best.choice, probes=best.probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
@@ -326,9 +335,7 @@ def choice_of(
     """
     if start is None:
         if network == BEST and (options or pure or heading):
-            raise RequestError(
-                "train: --residual best chooses; leave out --option, --pure and --heading, or name a kind"
-            )
+            raise RequestError(_BEST_CHOOSES)
         return Choice(network or "lstm", options, pure, heading)
     if network or options or pure or heading:
         raise RequestError(

@@ -54,7 +54,7 @@ def with_network(
     -------
     (run, training)
         no training, and a note in the run that says why, where the corrected model leaves nothing to learn, or
-        nothing that holds on other blocks
+        nothing that holds on other parts
 
     Raises
     ------

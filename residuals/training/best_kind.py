@@ -1,4 +1,4 @@
-"""Choice of the kind of network: the one whose probes surely err least in rollouts of parts that they do not know."""
+"""Choice of the kind of network: the one whose probes err least in rollouts of parts that they do not know."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -94,4 +94,15 @@ def candidates(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    return sorted(found, key=lambda one: one.ratio * exp(one.error))
+    return sorted(found, key=lambda one: (one.ratio * exp(one.error), one.ratio))
+
+
+def best_of(kinds: Sequence[Candidate], *, learnable: bool) -> Candidate | None:
+    """The best kind that holds, see `Candidate.holds`; None where the vehicle alone is as good.
+
+    Parameters
+    ----------
+    kinds : as `candidates` orders them
+    learnable : whether what the vehicle leaves is surely more than noise
+    """
+    return next((one for one in kinds if one.holds(learnable=learnable)), None)

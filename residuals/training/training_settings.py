@@ -94,8 +94,8 @@ class TrainingSettings:
         the noise of the measured acceleration better than the true model could, and rolls out worse
     trust : multiply the correction of a hybrid by the gain that parts of the log tell which it does not know, see
         `networks.trust`; else it is said whole everywhere
-    decline : do not train beside a vehicle whose error is no more than the noise of the sensors, nor where no kind of
-        network holds on other blocks of the log (`undertow.train`)
+    decline : do not train a kind that was named beside a vehicle whose error is no more than the noise of the sensors,
+        nor the best of all where none holds on other parts of the log (`undertow.train`)
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
     device : "auto" is the processor, which is the faster one for most networks: `benchmarks/training_on_a_gpu.py`

@@ -89,7 +89,7 @@ def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkey
     assert done is None
     assert whole.comparison.models == run.comparison.models
     assert "errs less than the vehicle alone. In predictions of 2 and 10 s" in whole.comparison.notes[-1]
-    assert "gp 100\N{NO-BREAK SPACE}% and gp 120" in whole.comparison.notes[-1]
+    assert "gp 100\N{NO-BREAK SPACE}% (standard error 10\N{NO-BREAK SPACE}%) and gp 120" in whole.comparison.notes[-1]
 
 
 def test_a_network_does_not_learn_when_the_commands_of_its_log_act(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

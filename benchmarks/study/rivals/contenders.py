@@ -10,7 +10,7 @@ from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.training.best_kind import candidates
+from undertow.residuals.training.best_kind import best_of, candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -73,7 +73,7 @@ KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees
 
 
 def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
-    """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names.
+    """The network that parts of the training run choose: beside the calibrated vehicle, or what `discover` names.
 
     The vehicle alone where no network errs less in another part of the run, as the verbs have it.
     """
@@ -84,8 +84,8 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
     alone, vehicle = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
     left = measure_learnable_residual(vehicle, (data.split.train, data.split.validation))
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
-    chosen = candidates(data.split, vehicle, settings)[0]
-    if not chosen.holds(learnable=left.worth_it):
+    chosen = best_of(candidates(data.split, vehicle, settings), learnable=left.worth_it)
+    if chosen is None:
         return alone
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name, model.vehicle = name, alone.vehicle

@@ -12,7 +12,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.momentum_balance import mass_matrix
 from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.training.best_kind import Candidate, candidates
+from undertow.residuals.training.best_kind import Candidate, best_of, candidates
 from undertow.residuals.training.epochs import probe_settings, train
 from undertow.residuals.training.probes import Probed, held_out_parts, rollout_ratio_of, train_probes, trust_of
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
@@ -133,3 +133,10 @@ def test_where_no_more_than_noise_is_left_parts_have_to_be_sure(
     ratio: float, error: float, learnable: bool, holds: bool
 ) -> None:
     assert Candidate(Choice("gp"), ratio, error, Probed()).holds(learnable=learnable) is holds
+
+
+def test_a_kind_that_holds_is_taken_before_a_better_one_that_does_not() -> None:
+    loud, calm = (Candidate(Choice("gp"), *numbers, Probed()) for numbers in ((0.8, 0.15), (0.905, 0.04)))
+    assert best_of([loud, calm], learnable=True) is loud
+    assert best_of([loud, calm], learnable=False) is calm
+    assert best_of([loud], learnable=False) is None
