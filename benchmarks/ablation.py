@@ -90,6 +90,10 @@ def page(tuning: Kept, reporting: Kept, odds: Odds, made: str) -> str:
             by_study.setdefault(record["study"], []).append(rescored(record, odds))
         parts += ["## What must hold", must_hold(JUDGEMENT, by_study)]
     parts += ["## The odds", f"`discovery/odds.json` ({made}).", in_a_table(("feature", *JUDGES), _weights(odds))]
+    shift, low, high = odds.calibration
+    parts.append(
+        f"Where they say p, 1 / (1 + (1 - p)^{high:.3g} / (e^{shift:.3g} p^{low:.3g})) is told: their calibration."
+    )
     if len(names.claims) and 0 < names.true.sum() < len(names.true):
         validated = fitted(names)
         lost = without(names, validated)

@@ -135,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     made += f"{(names.judge == JUDGES[1]).sum()} of them judged by rollouts, "
     made += f"cross-validated log score {log_score(found.odds, names.true):.4f}"
     models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights) in found.models.items()}
-    content = rounded({**models, **base_rates(records), "made": made})
+    content = rounded({**models, "calibration": list(found.calibration), **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
     own = log_score(found.own, names.true)
     common, apart = found.price

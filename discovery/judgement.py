@@ -8,11 +8,15 @@ answer back.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import asinh, exp, log, sqrt
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import expit
 
 from .effect_findings import LIKELY, MISSING, Claim, Reason, Verdict
 from .search.scoring import SLIGHT, TELL_APART
@@ -39,6 +43,8 @@ REASONS = {
 """The doubt that each feature is."""
 _PLENTY = {"gain": 5.0, "identity": 0.88, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
+_NEVER = 1e-9
+"""A probability that is as good as none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +76,7 @@ class Logistic:
 class Odds:
     """The odds of names that the force balance judges, and of those that rollouts do.
 
+    `calibration` maps what the models say of causes that they have not seen to how often that is true (`calibrated`).
     `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
     earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
     word for it.
@@ -80,17 +87,34 @@ class Odds:
     unselected: float
     nearly: float
     sensors: Mapping[str, float]
+    calibration: tuple[float, float, float] = (0.0, 1.0, 1.0)
 
     @classmethod
     def read(cls, path: Path) -> "Odds":
         """The odds of a file, as `benchmarks/odds.py` writes it."""
         content = json.loads(path.read_text(encoding="utf-8"))
         judges = {judge: Logistic(**content.pop(judge)) for judge in ("forces", "rollouts")}
-        return cls(**judges, **{name: content[name] for name in ("unselected", "nearly", "sensors")})
+        rates = {name: content[name] for name in ("unselected", "nearly", "sensors")}
+        return cls(**judges, **rates, calibration=tuple(content["calibration"]))
 
     def of(self, claim: Claim) -> Logistic:
         """The model for a claim, by what judged it."""
         return self.rollouts if claim.tests.get("rolls") else self.forces
+
+    def probability(self, claim: Claim) -> float:
+        """The probability that the name of a claim is true."""
+        return float(calibrated(self.of(claim).probability(features(claim)), self.calibration))
+
+
+def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.float64]:
+    """Probabilities as often true as they say: beta calibration, 1 / (1 + (1 - p)^b / (e^c p^a)) with c, a, b given.
+
+    A logistic model has tails of one shape on both sides; this one has two (Kull, Silva Filho and Flach, 2017, Beta
+    calibration, AISTATS, eq. 4).
+    """
+    chance = np.clip(chance, _NEVER, 1.0 - _NEVER)
+    shift, low, high = calibration
+    return expit(shift + low * np.log(chance) - high * np.log1p(-chance))
 
 
 @cache
@@ -144,7 +168,7 @@ def share(claim: Claim) -> float:
 
 def probability(claim: Claim) -> float:
     """The probability that a name is true: of worlds like those of the studies."""
-    return odds().of(claim).probability(features(claim))
+    return odds().probability(claim)
 
 
 def verdict(claim: Claim, chance: float) -> Verdict:

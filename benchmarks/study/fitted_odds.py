@@ -3,7 +3,8 @@
 What speaks for a name may only raise its odds and a doubt only lower them (`judgement.SUPPORT`), so that no weight is a
 clever correction of another. Each judge has weights of its own, drawn towards those of all names (partial pooling:
 Gelman and Hill 2007, chapter 12): rollouts judge a fifth of the names, and of some doubts they have met none or six.
-Whole causes are left out in turn: a cause is never in both halves.
+Whole causes are left out in turn: a cause is never in both halves. What the models say of causes that they have not
+seen is calibrated last.
 """
 
 from collections import Counter
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from undertow.discovery.evidence.weighing import CERTAINLY
-from undertow.discovery.judgement import SHARE, SUPPORT, features
+from undertow.discovery.judgement import SHARE, SUPPORT, calibrated, features
 
 from .records import Record
 from .scoring import bare, claim_of, kind_of_world, log_score
@@ -228,14 +229,26 @@ class Fitted:
     ----------
     models : intercept and weights of each judge
     price : of squared weights, one of `PRICES`
-    odds : of each name, by a model that has not seen its cause
+    odds : of each name, by a model and a calibration that have not seen its cause
     own : of each name, by the model that has seen it
+    calibration : of the odds, see `judgement.calibrated`
     """
 
     models: Mapping[str, tuple[float, dict[str, float]]]
     price: tuple[float, float]
     odds: Array
     own: Array
+    calibration: tuple[float, float, float]
+
+
+def calibration_of(odds: Array, true: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """The shift and the two slopes, none of them falling, of least log loss with which these odds would be said."""
+
+    def loss(weights: Array) -> float:
+        return -log_score(calibrated(odds, weights.tolist()), true)
+
+    found = minimize(loss, (0.0, 1.0, 1.0), method="L-BFGS-B", bounds=[(None, None), (0.0, None), (0.0, None)]).x
+    return float(found[0]), float(found[1]), float(found[2])
 
 
 def fitted(names: Names, without: str = "") -> Fitted:
@@ -251,7 +264,14 @@ def fitted(names: Names, without: str = "") -> Fitted:
         word: (float(one[0]), {name: float(w) for name, w in zip(columns, one[1:], strict=True) if w})
         for word, one in models.items()
     }
-    return Fitted(weights, price, blind[price], probabilities(models, names, columns))
+    fold, unseen = folds_of(names.cause), blind[price]
+    odds = np.zeros(len(unseen))
+    for left_out in np.unique(fold):
+        train, test = fold != left_out, fold == left_out
+        odds[test] = calibrated(unseen[test], calibration_of(unseen[train], names.true[train]))
+    calibration = calibration_of(unseen, names.true)
+    own = calibrated(probabilities(models, names, columns), calibration)
+    return Fitted(weights, price, odds, own, calibration)
 
 
 # Rules in the place of odds

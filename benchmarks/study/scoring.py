@@ -9,7 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 from undertow.discovery.effect_findings import Claim, Verdict
-from undertow.discovery.judgement import Odds, features, verdict
+from undertow.discovery.judgement import Odds, verdict
 
 from .foreign_kinds import KINDS
 from .records import ROOT
@@ -52,7 +52,7 @@ def rescored(record: Record, odds: Odds) -> dict[str, Any]:
     claims = []
     for c in record.get("claims", ()):
         claim = claim_of(c)
-        chance = odds.of(claim).probability(features(claim))
+        chance = odds.probability(claim)
         claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
     if not claims:
         return dict(record)

@@ -255,6 +255,15 @@ def test_a_judge_of_few_names_is_drawn_towards_that_of_all(names: Any):
     assert abs(free["rollouts"][1:] - common[1:]).max() > 10.0 * abs(drawn_near["rollouts"][1:] - common[1:]).max()
 
 
+def test_odds_that_say_too_little_and_too_much_are_calibrated():
+    """What is true in 0.5 p^2 / (0.5 p^2 + (1 - p)^0.5) of the cases where p is said."""
+    fitted, draw = chapter("study.fitted_odds"), np.random.default_rng(3)
+    said = draw.uniform(0.01, 0.99, 20_000)
+    true = draw.uniform(size=said.size) < 0.5 * said**2 / (0.5 * said**2 + (1.0 - said) ** 0.5)
+    shift, low, high = fitted.calibration_of(said, true)
+    assert (shift, low, high) == pytest.approx((np.log(0.5), 2.0, 0.5), abs=0.1)
+
+
 def test_a_feature_that_no_name_has_is_not_fitted(names: Any):
     fitted = chapter("study.fitted_odds")
     assert {*names.judge} == {"forces"}

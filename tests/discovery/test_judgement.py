@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
@@ -12,6 +13,7 @@ from undertow.discovery.judgement import (
     SHARE,
     SUPPORT,
     Logistic,
+    calibrated,
     features,
     largest_doubt,
     odds,
@@ -131,7 +133,24 @@ def test_a_name_is_judged_by_the_model_of_its_judge():
     rolled = CLEAR.but(tests={**CLEAR.tests, "rolls": 1.0})
     assert odds().of(CLEAR) is odds().forces
     assert odds().of(rolled) is odds().rollouts
-    assert probability(rolled) == odds().rollouts.probability(features(rolled)) != probability(CLEAR)
+    said = odds().rollouts.probability(features(rolled))
+    assert probability(rolled) == calibrated(said, odds().calibration) != probability(CLEAR)
+
+
+@given(some.tuples(some.floats(-5.0, 5.0), some.floats(0.0, 5.0), some.floats(0.0, 5.0)))
+def test_a_calibration_keeps_the_order_of_names(calibration: tuple[float, float, float]):
+    chances = np.linspace(0.0, 1.0, 101)
+    told = calibrated(chances, calibration)
+    assert np.all(np.diff(told) >= 0.0)
+    assert np.all((told >= 0.0) & (told <= 1.0))
+
+
+def test_a_calibration_of_nothing_changes_nothing_and_another_is_that_of_its_equation():
+    chances = np.array([0.01, 0.3, 0.5, 0.99])
+    assert calibrated(chances, (0.0, 1.0, 1.0)) == pytest.approx(chances)
+    shift, low, high = -1.0, 0.5, 1.5
+    told = 1.0 / (1.0 + (1.0 - chances) ** high / (np.exp(shift) * chances**low))
+    assert calibrated(chances, (shift, low, high)) == pytest.approx(told)
 
 
 def test_what_everything_speaks_for_is_missing_and_a_stand_in_is_not():
