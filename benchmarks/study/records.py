@@ -22,8 +22,11 @@ import numpy as np
 from joblib import Parallel, delayed, parallel_config
 
 ROOT = Path(__file__).resolve().parents[2]
-FACTS = ("physics", "measurements", "residuals", "discovery", "comparison", "workflows")
-"""Folders whose sources make the facts of a log."""
+FACTS = (
+    *("physics", "measurements", "discovery", "comparison", "workflows"),
+    *("residuals/models", "residuals/scores.py", "residuals/series.py"),
+)
+"""Folders and files that make the facts of a log; what trains networks makes none, for no study of names asks one."""
 JUDGEMENT = ("discovery/judgement.py", "discovery/odds.", "discovery/verdicts.py")
 """Beginnings of the files that judge them."""
 _DIGITS = 5
@@ -119,14 +122,15 @@ def rounded(content: Any) -> Any:
 
 @cache
 def fingerprint(packages: tuple[str, ...] = FACTS) -> str:
-    """A hash of the sources that decide the results: all modules and vehicle files in some folders.
+    """A hash of the sources that decide the results: all modules and vehicle files in some folders, and single ones.
 
     Comments, docstrings and empty lines decide nothing, and what judges the facts makes none of them.
     """
     digest = hashlib.sha256()
-    for path in sorted(p for package in packages for p in (ROOT / package).rglob("*")):
+    roots = [ROOT / package for package in packages]
+    for path in sorted(path for root in roots for path in (root, *root.rglob("*"))):
         judges = path.relative_to(ROOT).as_posix().startswith(JUDGEMENT)
-        if not judges and path.suffix in (".py", ".yaml"):
+        if not judges and path.suffix in (".py", ".yaml") and path.is_file():
             digest.update(bare(path.read_text("utf-8")) if path.suffix == ".py" else path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -107,6 +107,12 @@ def test_words_about_the_source_make_no_record_stale():
     assert bare(plain) != bare(plain.replace('"a"', '"b"'))
 
 
+def test_what_makes_facts_is_there():
+    records = chapter("study.records")
+    assert [one for one in records.FACTS if not (records.ROOT / one).exists()] == []
+    assert records.fingerprint(("residuals/scores.py",)) != records.fingerprint(("residuals/series.py",))
+
+
 def test_the_judgement_makes_no_fact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     records = chapter("study.records")
     monkeypatch.setattr(records, "ROOT", tmp_path)
