@@ -67,16 +67,10 @@ def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
     [(0.0, 4.0), (7.0, 10.0)]
     """
     result = []
-    for low, high in sorted(holes):
-        if high <= start:
-            continue
-        if low > start:
+    for low, high in [*sorted(holes), (end, end)]:
+        if start < min(low, end):
             result.append((start, min(low, end)))
         start = max(start, high)
-        if start >= end:
-            break
-    if start < end:
-        result.append((start, end))
     return result
 
 

@@ -345,7 +345,7 @@ def _residual_squares(tables: Sequence[_Table], lags: Sequence[int], margin: int
             gram[:many, :many] += moved.T @ moved
             gram[:many, many:] += moved.T @ beside
     every[:, many:, :many] = every[:, :many, many:].swapaxes(1, 2)
-    return np.asarray(np.maximum(every[:, -1, -1] * unexplained_shares(every)[0], 1e-300))
+    return np.asarray(np.maximum(every[:, -1, -1] * unexplained_shares(every), 1e-300))
 
 
 def _trial(
