@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...physics.motion import Array
 from ..canonical import Channel, command_kind
 from ..log import Log
-from ..statistics.blocks import CI, numbered_on
+from ..statistics.blocks import interval, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import Pieces, beside_drift, blocks_of_pieces, courses, fit_ways, ways
@@ -194,7 +194,7 @@ def _rule(logs: Sequence[Log], turn: int, side: int) -> _Rule | None:
     # A boat that only ever goes straight ahead says nothing of the way across, whose error is infinite.
     known = scale > 0.0 and np.isfinite([one, other]).all()
     error = float(np.hypot(ahead * one, across * other) / scale) if known else np.inf
-    return _Rule(turn, side, found, complex(ahead, across), (scale - CI * error, scale + CI * error))
+    return _Rule(turn, side, found, complex(ahead, across), interval(scale, error))
 
 
 def surveyed(logs: Sequence[Log]) -> bool:

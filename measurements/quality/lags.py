@@ -15,7 +15,7 @@ from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
 from ..preparation.resampling import gap_limit
-from ..statistics.blocks import CI, Fit, robust_fit, student
+from ..statistics.blocks import CI, LEVEL, Fit, interval, robust_fit, student
 from ..statistics.signals import band_passed, drift_free, noise_level, turning_point
 from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 
@@ -66,12 +66,12 @@ class Lag:
     @property
     def ci95(self) -> tuple[float, float]:
         """The 95 % interval [s]."""
-        return self.seconds - CI * self.error, self.seconds + CI * self.error
+        return interval(self.seconds, self.error)
 
 
 def quick(rate: Array, step: float) -> Array:
     """Keep 0.2 to 2 Hz of records (n, ...) sampled every `step` [s], without moving them in time."""
-    return band_passed(rate, step, (QUICK[0], min(QUICK[1], 0.4 / step)))
+    return band_passed(rate, step, QUICK)
 
 
 def lag_of(
@@ -121,7 +121,7 @@ def lag_of(
     if count < len(without):
         return None
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
-    few = student(count - 1, 0.975) / CI
+    few = student(count - 1, LEVEL) / CI
     return Lag(seconds, few * error, 1.0 - left, count, _size(every, lags, round(seconds / step)))
 
 
