@@ -4,7 +4,7 @@ Where nothing is certain, what is likely reversed or misplaced is told, and what
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,26 +37,19 @@ _LIKELY = 0.025
 thruster that was right. Below `BY_CHANCE`, and at great odds, others are ruled out."""
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """What a log shows of a command for certain: 1 where more of it pushes ahead, -1 astern, 0 unknown; and its side.
+def placed(records: Sequence[Record]) -> dict[str, Answer]:
+    """The certain answers to the commands of logs of one boat, whatever these are called.
 
-    The side is "port", "starboard" or empty.
+    Where heading and yaw rate turn opposite ways, no side is.
     """
-
-    ahead: int
-    side: str
-
-
-def placed(records: Sequence[Record]) -> dict[str, Placed]:
-    """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
     if not records:
         return {}
     certain, *_ = _classify(records, expected_of(records, command_names(records)))
     if certain.of_exchanged_speeds:
         return {}
-    apart = _turns_apart(records)
-    return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in certain.answers.items()}
+    if _turns_apart(records):
+        return {name: replace(answer, yaw_error=np.inf) for name, answer in certain.answers.items()}
+    return dict(certain.answers)
 
 
 def _examine(records: Sequence[Record]) -> Found:

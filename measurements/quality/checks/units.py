@@ -384,10 +384,10 @@ def _time_unit(records: Sequence[Record]) -> Found:
 
     A finding where the time is in another unit, else none.
     """
-    return [found for record in records if (found := _sentence(record.log)) is not None][:1]
+    return [found for record in records if (found := _in_other_time(record.log)) is not None][:1]
 
 
-def _sentence(log: Log) -> Finding | None:
+def _in_other_time(log: Log) -> Finding | None:
     """Heading and track both move as much faster, or slower, than their rates say, by one factor."""
     turning = turning_of([log])
     if turning is None or turning.heading != 1.0 or turning.sign < 0 or not turning.size.likely:
