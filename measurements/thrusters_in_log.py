@@ -8,10 +8,10 @@ import numpy as np
 from ..physics.motion import Array
 from ..physics.sampled_series import first_order_lag
 from .canonical import Output, command_kind, in_vehicle_file, kind_of
-from .quality.checks.sides import Placed, placed
+from .quality.checks.sides import placed
 from .quality.quick_motion import neutral_of, stands_still
 from .quality.record import Record, Stretch
-from .quality.response import other_side, side_of
+from .quality.response import Answer, other_side, side_of
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""
@@ -147,7 +147,7 @@ def _nearest_to_thrust(names: Sequence[str]) -> list[str]:
     return [name for name in names if name in nearest.values()]
 
 
-def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str]:
+def _right_names(names: Sequence[str], told: dict[str, Answer]) -> dict[str, str]:
     """What each command should be called, by the sides that the log shows; as it is where these are not certain."""
     sided = {name: told[name].side for name in names if name in told and told[name].side}
     wrong = [name for name, side in sided.items() if side_of(name) and side_of(name) != side]
@@ -161,7 +161,7 @@ def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str
     return {name: in_vehicle_file(name) for name in names}
 
 
-def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> DetectedThruster:
+def _thruster(records: Sequence[Record], name: str, right: str, told: Answer | None) -> DetectedThruster:
     turned = told is not None and told.ahead < 0
     output = _output(records, name)
     if turned:

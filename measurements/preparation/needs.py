@@ -15,9 +15,6 @@ from ..channels.recognition import like_a_command, says_motion
 from ..formats.base import some
 from ..log import Log
 
-_PART = 1 << 17
-"""Rows of a heading that are differentiated at once."""
-
 
 def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
     """Names of the command channels of a vehicle, `<command>_<thruster>`, in its order; none without a vehicle."""
@@ -182,7 +179,8 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
         return []
     measured = np.interp(heading.time, rate.time, rate.value)
     # Degrees are torn where they are unwrapped as radians: the reading that follows the yaw rate is the right one.
-    readings = [_followed(_turning(heading, period), measured) for period in (2.0 * np.pi, 360.0)]
+    angles = (np.unwrap(heading.value, period=period) for period in (2.0 * np.pi, 360.0))
+    readings = [_followed(np.gradient(angle, heading.time), measured) for angle in angles]
     if min(measured.std(), *(spread for _, _, spread in readings)) < 1e-6:
         return []
     alike, ratio, _ = max(readings, key=lambda reading: reading[0])
@@ -195,17 +193,6 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
     if 1 / 120.0 < ratio < 1 / 30.0:
         return [f"r ({rate.origin}) is {1 / ratio:.0f} times the turning of psi: r is in degrees per second. {cure}"]
     return []
-
-
-def _turning(heading: Channel, period: float) -> Array:
-    """Change of a heading that is given modulo a period, in its unit a second; in parts, which takes less memory."""
-    result, rows = np.empty(heading.time.size), heading.time.size
-    for begin in range(0, rows, _PART):
-        first, last = max(begin - 1, 0), min(begin + _PART + 1, rows)
-        angle = np.unwrap(heading.value[first:last], period=period)
-        part = np.gradient(angle, heading.time[first:last])
-        result[begin : begin + _PART] = part[begin - first : begin - first + _PART]
-    return result
 
 
 def _followed(turning: Array, measured: Array) -> tuple[float, float, float]:

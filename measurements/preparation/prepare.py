@@ -12,6 +12,7 @@ from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
 from ..canonical import MOTION, Channel
 from ..log import Log
+from ..statistics.signals import integrated
 from .needs import command_channels, require
 from .resampling import (
     Span,
@@ -344,7 +345,7 @@ def motion_on(log: Log, vehicle: Vehicle | None, recipe: Recipe, span: Span, gri
     if "x" in part and "y" in part:
         position = np.column_stack([np.interp(grid, *part[name]) for name in ("x", "y")])
     else:
-        position = _integrated(heading, surge, sway, step)
+        position = integrated(np.column_stack(body_to_earth(heading, surge, sway)), step)
     air = None
     if "wind_u" in part:
         ahead, starboard = (np.interp(grid, *part[name]) for name in _WIND)
@@ -405,9 +406,3 @@ def _body_velocity(part: dict[str, tuple[Array, Array]], grid: Array, heading: A
     surge = np.interp(grid, *part["u"]) if "u" in part else surge
     sway = np.interp(grid, *part["v"]) if "v" in part else sway
     return surge, sway
-
-
-def _integrated(heading: Array, surge: Array, sway: Array, step: float) -> Array:
-    velocity = np.column_stack(body_to_earth(heading, surge, sway))
-    steps = 0.5 * step * (velocity[1:] + velocity[:-1])
-    return np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.errors import RequestError
 from ...physics.files import write_text
@@ -67,16 +68,10 @@ def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
     [(0.0, 4.0), (7.0, 10.0)]
     """
     result = []
-    for low, high in sorted(holes):
-        if high <= start:
-            continue
-        if low > start:
+    for low, high in [*sorted(holes), (end, end)]:
+        if start < min(low, end):
             result.append((start, min(low, end)))
         start = max(start, high)
-        if start >= end:
-            break
-    if start < end:
-        result.append((start, end))
     return result
 
 
@@ -226,26 +221,36 @@ class Jump:
         return f"{text}, and back after {self.after - self.before:.3g} s" if self.returns else text
 
 
+def new_positions(channels: Mapping[str, Channel]) -> tuple[NDArray[np.int64], Array, Array] | None:
+    """Rows at which a new position appears (k,), their stamps [s], and the positions (k, 2) [m].
+
+    None without positions, or where x and y do not come together.
+    """
+    if not {"x", "y"} <= set(channels):
+        return None
+    x, y = channels["x"], channels["y"]
+    if not x.time.size or not np.array_equal(x.time, y.time):
+        return None
+    row = np.flatnonzero(np.append(True, (np.diff(x.value) != 0.0) | (np.diff(y.value) != 0.0)))
+    return row, x.time[row], np.column_stack([x.value[row], y.value[row]])
+
+
 def jumps_of(channels: Mapping[str, Channel]) -> tuple[Jump, ...]:
     """Find the jumps in the positions of a log, in their order; none without positions that come together.
 
     Steps over a gap are none: the log is cut there anyway.
     """
-    if not {"x", "y"} <= set(channels):
+    found = new_positions(channels)
+    if found is None or found[0].size < _LEAST:
         return ()
-    x, y = channels["x"], channels["y"]
-    if x.time.size != y.time.size or not np.array_equal(x.time, y.time):
-        return ()
-    new = np.concatenate(([True], (np.diff(x.value) != 0.0) | (np.diff(y.value) != 0.0)))
-    if np.count_nonzero(new) < _LEAST:
-        return ()
-    time, place = x.time[new], np.column_stack([x.value[new], y.value[new]])
+    _, time, place = found
     steps, taken = np.diff(place, axis=0), np.diff(time)
     size = np.hypot(*steps.T)
     noise = float(np.median(np.hypot(*np.diff(steps, axis=0).T)))
     top = _top_speed(time, place)
     far = size > np.maximum(_NOISE * noise, top * np.maximum(_SECONDS, _FIXES * taken))
-    at = [row for row in np.flatnonzero(far & (taken <= gap_limit(x, None))).tolist() if _alone(size / taken, row)]
+    far &= taken <= gap_limit(channels["x"], None)
+    at = [row for row in np.flatnonzero(far).tolist() if _alone(size / taken, row)]
     return tuple(_sentence(at, steps, time))
 
 
@@ -271,16 +276,15 @@ def _sentence(at: Sequence[int], steps: Array, time: Array) -> list[Jump]:
     for row in at:
         north, east = steps[row]
         one = Jump(float(time[row]), float(time[row + 1]), float(north), float(east), float(time[row + 1] - time[row]))
-        if open_row is not None and time[row] - time[open_row] <= _BACK:
-            left = np.hypot(*(steps[row] + steps[open_row]))
-            if left < _HALF * result[-1].size:
-                last = result.pop()
-                if row != open_row + 1:  # else a single value: no jump, but a spike
-                    result.append(replace(last, after=one.after, returns=True))
-                open_row = None
-                continue
-        result.append(one)
-        open_row = row
+        soon = open_row is not None and time[row] - time[open_row] <= _BACK
+        if open_row is not None and soon and np.hypot(*(steps[row] + steps[open_row])) < _HALF * result[-1].size:
+            last = result.pop()
+            if row != open_row + 1:  # else a single value: no jump, but a spike
+                result.append(replace(last, after=one.after, returns=True))
+            open_row = None
+        else:
+            result.append(one)
+            open_row = row
     return result
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...physics.motion import Array
 from ..canonical import Channel, command_kind
 from ..log import Log
-from ..statistics.blocks import CI, numbered_on
+from ..statistics.blocks import interval, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import Pieces, beside_drift, blocks_of_pieces, courses, fit_ways, ways
@@ -30,16 +30,14 @@ LENGTHS = {3.28084: "feet", 100.0: "cm", 1000.0: "mm", 0.001: "km"}
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
-    """What relates the track by position to heading and speeds.
+class Axes:
+    """A reading of the axes of a log, by its track.
 
     Attributes
     ----------
     turn, side : -1 where the heading runs the other way round, and where sway points to the other side; else 1
-    scale, interval : way by position over way by speeds [1], and its 95 % interval
-    angle : from the way by speeds to the way by position, clockwise [rad]
+    angle : from the way by speeds, or from the bow, to the way by position, clockwise [rad]
     quarters : quarter turns in that angle; None where it is none of these
-    unit : the other unit of a length or a speed that the scale is; 1 for none, None for a scale that is no unit
     unexplained : share of the track that this leaves unexplained
     size : how much this reading explains beside that of the log as it is recorded
     unrelated : how much of the track no reading explains, beyond noise
@@ -47,24 +45,51 @@ class Track:
 
     turn: int
     side: int
-    scale: float
-    interval: tuple[float, float]
     angle: float
     quarters: int | None
-    unit: float | None
     unexplained: float
     size: Size
     unrelated: Size
+
+    @property
+    def sound(self) -> bool:
+        """True when all axes point where they should."""
+        return self.turn == self.side == 1 and self.quarters == 0
+
+
+@dataclass(frozen=True, slots=True)
+class Track(Axes):
+    """What relates the track by position to heading and speeds.
+
+    Attributes
+    ----------
+    scale, interval : way by position over way by speeds [1], and its 95 % interval
+    unit : the other unit of a length or a speed that the scale is; 1 for none, None for a scale that is no unit
+    """
+
+    scale: float
+    interval: tuple[float, float]
+    unit: float | None
 
     @property
     def certain(self) -> bool:
         """True when the track follows from heading and speeds."""
         return self.unexplained < OVERWHELMING
 
-    @property
-    def sound(self) -> bool:
-        """True when all axes point where they should."""
-        return self.turn == self.side == 1 and self.quarters == 0
+
+@dataclass(frozen=True, slots=True)
+class Course(Axes):
+    """How the course over ground goes with the heading; see `course_of`.
+
+    The size of its reading is over half of the way, which is what a heading of no meaning leaves across it.
+
+    Attributes
+    ----------
+    drifts : whether a current, or drift in turns, would have to be most of the way for the log to be right as recorded;
+        nothing else speaks against it
+    """
+
+    drifts: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,9 +156,9 @@ def track_of(logs: Sequence[Log]) -> Track | None:
             break
     noise = noise_of_ways(both)
     return Track(
-        *(rule.turn, rule.side, abs(rule.best), rule.interval, float(np.angle(rule.best))),
-        *(reading.quarters, reading.unit, float(told.sum() / max(way.sum(), 1e-300))),
-        *(size_of(as_is, told, own, block), size_of_unexplained(least - noise, way - noise, block)),
+        *(rule.turn, rule.side, float(np.angle(rule.best)), reading.quarters),
+        *(float(told.sum() / max(way.sum(), 1e-300)), size_of(as_is, told, own, block)),
+        *(size_of_unexplained(least - noise, way - noise, block), abs(rule.best), rule.interval, reading.unit),
     )
 
 
@@ -169,7 +194,7 @@ def _rule(logs: Sequence[Log], turn: int, side: int) -> _Rule | None:
     # A boat that only ever goes straight ahead says nothing of the way across, whose error is infinite.
     known = scale > 0.0 and np.isfinite([one, other]).all()
     error = float(np.hypot(ahead * one, across * other) / scale) if known else np.inf
-    return _Rule(turn, side, found, complex(ahead, across), (scale - CI * error, scale + CI * error))
+    return _Rule(turn, side, found, complex(ahead, across), interval(scale, error))
 
 
 def surveyed(logs: Sequence[Log]) -> bool:
@@ -178,31 +203,27 @@ def surveyed(logs: Sequence[Log]) -> bool:
     return bool(origins) and all("lat" in origin for origin in origins)
 
 
-def mixed_up(track: Track, opposed: bool | None) -> Mixed | None:
-    """What is mixed up in a log with this track; None where nothing is.
+def mixed_up(axes: Axes, opposed: bool | None) -> Mixed | None:
+    """What is mixed up in a log with these axes; None where nothing is.
 
     Parameters
     ----------
     opposed : whether heading and yaw rate have opposite signs; None where that is not known
     """
-    return None if track.sound else mixed_axes(track.turn, track.side, track.angle, track.quarters, opposed)
-
-
-def mixed_axes(turn: int, side: int, angle: float, quarters: int | None, opposed: bool | None) -> Mixed:
-    """What is mixed up where heading and sway run these ways round, at an angle; see `Track` and `mixed_up`."""
-    if quarters is not None and turn == 1 and side == -1:
-        return _SPEEDS[quarters]
-    if quarters is not None and turn == side == -1:
-        return _PLACES[quarters]
-    names = ("psi",) if turn == 1 or opposed else ("psi", "r")
+    if axes.sound:
+        return None
+    angle, quarters = axes.angle, axes.quarters
+    if axes.side == -1 and quarters is not None:
+        return (_SPEEDS if axes.turn == 1 else _PLACES)[quarters]
+    names = ("psi",) if axes.turn == 1 or opposed else ("psi", "r")
     degrees = float(np.degrees(angle))
-    if turn == 1:
+    if axes.turn == 1:
         text = f"the boat goes {abs(degrees):.0f} degrees to the {'right' if degrees > 0 else 'left'} of its heading"
         remedy = (
             f"turn the heading with 'psi: {{from: ..., offset: {angle:.4f}}}' in a channel map, or x and y, or u "
             "and v, whichever is not in its axes"
         )
-        if side == -1:
+        if axes.side == -1:
             text = f"{text}, and sway is to the other side"
         return Mixed(("psi", "x", "y", "u", "v"), f"{text}: heading, positions and speeds have other axes", remedy)
     psi = "psi has" if len(names) == 1 else "psi and r have"
@@ -254,37 +275,6 @@ _QUARTER = 0.5 * np.pi
 """A quarter turn [rad]: a way along one heading goes, all of it, across another a quarter turn away."""
 
 
-@dataclass(frozen=True, slots=True)
-class Course:
-    """How the course over ground goes with the heading.
-
-    Attributes
-    ----------
-    turn : -1 where course plus heading keeps to one angle, else 1
-    angle : that angle, from bow to track, clockwise [rad]
-    quarters : quarter turns in that angle; None where it is none of these
-    unexplained : share of the way that goes across this reading
-    size : how much this reading explains beside that of the log as it is recorded, over half of the way, which is what
-        a heading of no meaning leaves across it
-    drifts : whether a current, or drift in turns, would have to be most of the way for the log to be right as recorded;
-        nothing else speaks against it
-    unrelated : how much of the way goes across every reading, beyond noise
-    """
-
-    turn: int
-    angle: float
-    quarters: int | None
-    unexplained: float
-    size: Size
-    drifts: bool
-    unrelated: Size
-
-    @property
-    def sound(self) -> bool:
-        """True when all axes point where they should."""
-        return self.turn == 1 and self.quarters == 0
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Ways:
     """Ways over pieces (m,) [m], north and east as one complex number, headings and turning [rad], lengths [s].
@@ -331,14 +321,14 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     steady &= np.unique(block[steady]).size >= FEWEST
     unrelated = size_of_unexplained((left - noise)[steady], (power - 2.0 * noise)[steady], block[steady])
     if found[-1].likely:
-        return Course(*found, drifts=False, unrelated=unrelated)
+        return Course(*found, unrelated, drifts=False)
     alone = _read(ways, block, beside=False)
     drifts = min(alone[-1].share.value, 0.5 * alone[-1].weight.value) > 1.0 - OVERWHELMING
-    return Course(*(alone if drifts else found), drifts=drifts, unrelated=unrelated)
+    return Course(*(alone if drifts else found), unrelated, drifts)
 
 
-def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, float, int | None, float, Size]:
-    """The simplest reading on which no other is much better: turn, angle, quarters, what it leaves, and its size.
+def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, int, float, int | None, float, Size]:
+    """The simplest reading on which no other is much better: turn, side, angle, quarters, what it leaves, and its size.
 
     Parameters
     ----------
@@ -353,10 +343,9 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
     levels: list[list[tuple[int, float, int | None]]] = [
         [(1, 0.0, 0)],
         [(turn, _QUARTER * number, number % 4) for turn, number in numbers.items()],
-        [(turn, angle, None) for turn, angle in free.items()],
+        [(turn, angle, None) for turn, angle in free.items() if _holds(ways, turn, angle)],
     ]
     as_is = across(1, 0.0, 0)
-    levels[-1] = [one for one in levels[-1] if _holds(ways, *one[:2])]
     least = min((across(*one) for level in levels for one in level), key=np.sum)
     for level in filter(None, levels):
         reading = min(level, key=lambda one: float(across(*one).sum()))
@@ -367,7 +356,7 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
         astern = np.cos(np.angle(ways.way) - ways.heading) * ways.push < 0.0
         reading, as_is, told = (1, np.pi, 2), power * astern, power * ~astern
     turn, angle, quarters = reading
-    return turn, angle, quarters, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block)
+    return turn, 1, angle, quarters, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block)
 
 
 def _holds(ways: _Ways, turn: int, angle: float) -> bool:
@@ -423,9 +412,9 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> Mixed | 
     opposed : whether heading and yaw rate have opposite signs; None where that is not known
     surveyed : whether positions are made of latitudes and longitudes, whose axes are sure
     """
-    if course.sound:
+    mixed = mixed_up(course, opposed)
+    if mixed is None:
         return None
-    mixed = mixed_axes(course.turn, 1, course.angle, course.quarters, opposed)
     if course.turn == 1 and course.quarters == 2:
         mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
     if course.turn == 1 or surveyed or course.quarters is None:

@@ -19,7 +19,7 @@ from ...physics.forces import modelled_acceleration
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..channels.channel_map import Entry
-from ..statistics.blocks import numbered_on, student
+from ..statistics.blocks import LEVEL, numbered_on, student
 from .quick_motion import rates_in_band
 from .record import RATE, About, Finding, Fix, Reach, Record, Verdict
 
@@ -28,8 +28,6 @@ OVERWHELMING = 0.25
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
 FEWEST = 4
 """Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
-_LEVEL = 0.975
-"""Quantile of either end of a 95 % interval."""
 WIDE = (0.05, 1.0)
 """The band in which differentiated speeds are compared [Hz]: short waves and their noise lie above it."""
 BLOCK = 10.0
@@ -162,7 +160,7 @@ def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Shar
         return Share(value, np.inf)
     each = (parts.sum() - parts) / rest
     error = float(np.sqrt((count - 1) / count * ((each - each.mean()) ** 2).sum()))
-    return Share(value, student(count - 1, _LEVEL) * error)
+    return Share(value, student(count - 1, LEVEL) * error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -416,13 +414,10 @@ def size_by_model(records: Sequence[Record], altered: Altered, meanwhile: Altere
             motion = record.driven(stretch)
             if motion is None or record.vehicle is None or motion.time.size < round(BLOCK * RATE):
                 continue
-            given = before(record.vehicle, motion)
-            nothing, says, told = (
-                np.zeros((motion.time.size, 2)),
-                *(modelled_acceleration(*pair)[:, [0, 2]] for pair in (given, altered(*given))),
-            )
-            velocity = motion.velocity[:, [0, 2]]
-            squared.append(np.column_stack([rates_in_band(velocity, one, WIDE) ** 2 for one in (nothing, says, told)]))
+            given, velocity = before(record.vehicle, motion), motion.velocity[:, [0, 2]]
+            said = [modelled_acceleration(*pair)[:, [0, 2]] for pair in (given, altered(*given))]
+            compared = (np.zeros_like(velocity), *said)
+            squared.append(np.column_stack([rates_in_band(velocity, one, WIDE) ** 2 for one in compared]))
             rows.append(motion.time.size)
     if not rows:
         return None

@@ -5,6 +5,7 @@ Two records of one quantity are compared by their changes over pieces: no deriva
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
 from ..preparation.resampling import gap_limit
-from ..statistics.blocks import CI, Fit, robust_fit, student
+from ..statistics.blocks import CI, LEVEL, Fit, interval, robust_fit, student
 from ..statistics.signals import band_passed, drift_free, noise_level, turning_point
 from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 
@@ -52,7 +53,6 @@ class Lag:
     seconds, error : how much later the record is than its drivers, and the standard error of that [s], larger where
         few stretches tell it (Student's t)
     explained : share of the record's power that the drivers and the rest explain at that delay
-    slope : of the record over the first driver
     stretches : of 10 s that tell it
     size : what the delay explains of the record, beside none
     """
@@ -60,19 +60,18 @@ class Lag:
     seconds: float
     error: float
     explained: float
-    slope: float
     stretches: int
     size: Size
 
     @property
     def ci95(self) -> tuple[float, float]:
         """The 95 % interval [s]."""
-        return self.seconds - CI * self.error, self.seconds + CI * self.error
+        return interval(self.seconds, self.error)
 
 
 def quick(rate: Array, step: float) -> Array:
     """Keep 0.2 to 2 Hz of records (n, ...) sampled every `step` [s], without moving them in time."""
-    return band_passed(rate, step, (QUICK[0], min(QUICK[1], 0.4 / step)))
+    return band_passed(rate, step, QUICK)
 
 
 def lag_of(
@@ -99,20 +98,15 @@ def lag_of(
         None where there are fewer than four stretches, nothing moves, or the best delay is the longest or shortest.
     """
     lags = np.arange(round(reach[0] / step), round(reach[1] / step) + 1, dtype=np.int64)
-    margin = int(np.abs(lags).max())
-    block = round(BLOCK / step)
+    margin, block = int(np.abs(lags).max()), round(BLOCK / step)
     grams: list[Array] = []
     for one in responses:
-        if one.rate.size < 2 * margin + block // 2:
-            continue
-        smooth = np.column_stack([one.drivers, one.besides, one.rate])
-        if not np.isfinite(smooth).all():
-            continue
-        smooth = smoothed(smooth, step)
-        grams.append(_grams(smooth, one.drivers.shape[1], lags, margin, block))
+        table = np.column_stack([one.drivers, one.besides, one.rate])
+        if one.rate.size >= 2 * margin + block // 2 and np.isfinite(table).all():
+            grams.append(_grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block))
     if sum(gram.shape[0] for gram in grams) < FEWEST:
         return None
-    every = np.concatenate(grams) if len(grams) > 1 else grams[0]
+    every = np.concatenate(grams)
     total = every.sum(axis=0)
     size = np.sqrt(np.diagonal(total.mean(axis=0)))
     if size[-1] < 1e-9 or not (size[:-1] > 0.0).any():
@@ -120,15 +114,15 @@ def lag_of(
     whole = _best(total, lags, step)
     if whole is None:
         return None
-    seconds, left, slope = whole
+    seconds, left = whole
     without = [_best(total - gram, lags, step) for gram in every]
     known = np.array([one[0] for one in without if one is not None])
-    if known.size < len(without):
-        return None
     count = known.size
+    if count < len(without):
+        return None
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
-    few = student(count - 1, 0.975) / CI
-    return Lag(seconds, few * error, 1.0 - left, slope, count, _size(every, lags, round(seconds / step)))
+    few = student(count - 1, LEVEL) / CI
+    return Lag(seconds, few * error, 1.0 - left, count, _size(every, lags, round(seconds / step)))
 
 
 def lag_anywhere(responses: Sequence[Response], step: float) -> Lag | None:
@@ -142,11 +136,9 @@ def lag_anywhere(responses: Sequence[Response], step: float) -> Lag | None:
 def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> Array:
     """Normal matrices (stretches, lags, p, p) of one record, drivers first and the record last."""
     rows = smooth.shape[0] - 2 * margin
-    count = max(1, round(rows / block))
-    edges = np.linspace(0, rows, count + 1).astype(int)
-    result = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
-    for b in range(count):
-        first, last = margin + edges[b], margin + edges[b + 1]
+    edges = margin + np.linspace(0, rows, max(1, round(rows / block)) + 1).astype(int)
+    result = np.empty((edges.size - 1, lags.size, smooth.shape[1], smooth.shape[1]))
+    for b, (first, last) in enumerate(pairwise(edges)):
         part = smooth[first:last].copy()
         for k, lag in enumerate(lags):
             part[:, :drivers] = smooth[first - lag : last - lag, :drivers]
@@ -166,32 +158,24 @@ def _size(grams: Array, lags: NDArray[np.int64], lag: int) -> Size:
     return size_of(errors(0), errors(lag), grams[:, 0, -1, -1], np.arange(grams.shape[0]))
 
 
-def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:
-    """The delay [s] that leaves least, the share of the record's power that it leaves, and the first slope there."""
-    left, coefficients, size = unexplained_shares(grams)
+def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float] | None:
+    """The delay [s] that leaves least, and the share of the record's power that it leaves."""
+    left = unexplained_shares(grams)
     best = int(np.argmin(left))
     if best in (0, lags.size - 1):
         return None
     before, here, after = left[best - 1 : best + 2].tolist()
-    shift = turning_point(before, here, after)
-    slope = float(coefficients[best, 0]) * float(size[best, -1] / size[best, 0])
-    return float((lags[best] + shift) * step), here, slope
+    return float((lags[best] + turning_point(before, here, after)) * step), here
 
 
-def unexplained_shares(grams: Array) -> tuple[Array, Array, Array]:
-    """Solve least squares by normal matrices (lags, p, p), whose last row is the record.
-
-    Returns
-    -------
-    (left, coefficients, size)
-        (lags,) share of the record's power that is left, (lags, p - 1) of columns of size 1, and their sizes (lags, p).
-    """
+def unexplained_shares(grams: Array) -> Array:
+    """Share of a record's power that least squares leave (lags,), by normal matrices (lags, p, p), its row the last."""
     size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2).clip(0.0))
     size = np.where(size > 0.0, size, 1.0)
     scaled = grams / (size[:, :, None] * size[:, None, :])
     inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1:]
     coefficients = (np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer)[:, :, 0]
-    return 1.0 - (outer[:, :, 0] * coefficients).sum(axis=1), coefficients, size
+    return np.asarray(1.0 - (outer[:, :, 0] * coefficients).sum(axis=1))
 
 
 _WINDOW = 4.0

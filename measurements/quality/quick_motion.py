@@ -12,11 +12,9 @@ from ...physics.momentum_balance import mass_matrix, push_of
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
-from ..statistics.signals import band_passed, noise_level
-from .record import RATE, STEP, Record, Stretch, command_names, computed_once, values_called
+from ..statistics.signals import band_passed, integrated, noise_level
+from .record import AT_REST, RATE, STEP, Record, Stretch, command_names, computed_once, values_called
 
-_SLOW = 0.1
-"""Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
 _SLOW_FLOOR = (0.1, 0.03)
 """Speed [m/s] and yaw rate [rad/s] below which any boat lies at rest, however slow its top."""
 _SETTLED = 2.0
@@ -77,9 +75,8 @@ def _resting(record: Record, name: str) -> Array:
         same = np.concatenate(([0], np.cumsum(~(np.abs(np.diff(command)) <= rounding))))
         steady = np.zeros(command.size, dtype=bool)
         steady[window:] = same[window:] == same[:-window]
-        still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (
-            speed[:, 2] < max(_SLOW * top[2], _SLOW_FLOOR[1])
-        )
+        still = np.hypot(speed[:, 0], speed[:, 1]) < max(AT_REST * np.hypot(*top[:2]), _SLOW_FLOOR[0])
+        still &= speed[:, 2] < max(AT_REST * top[2], _SLOW_FLOOR[1])
         found.append(command[steady & still & np.isfinite(command)])
     return np.concatenate(found)
 
@@ -191,9 +188,7 @@ def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -
     modelled : rates (n, k)
     band : its ends [Hz]
     """
-    total = np.zeros(modelled.shape)
-    np.cumsum(0.5 * STEP * (modelled[1:] + modelled[:-1]), axis=0, out=total[1:])
-    return np.gradient(band_passed(velocity - total, STEP, band), STEP, axis=0)
+    return np.gradient(band_passed(velocity - integrated(modelled, STEP), STEP, band), STEP, axis=0)
 
 
 def pushes_of(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> tuple[Array, Array]:
@@ -233,11 +228,10 @@ def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:
     """
     found = []
     for column, name in ((0, "u"), (2, "r")):
-        levels = [(noise_level(motion.velocity[:, column]) or 0.0, RATE)]
+        noise = [_of_rates(noise_level(motion.velocity[:, column]) or 0.0, RATE, band)]
         channel = record.log.channels.get(name)
         if channel is not None and channel.period > 0.0:
-            levels.append((noise_level(channel.value) or 0.0, 1.0 / channel.period))
-        noise = [_of_rates(level, rate, band) for level, rate in levels]
+            noise.append(_of_rates(noise_level(channel.value) or 0.0, 1.0 / channel.period, band))
         if channel is None and name == "u":
             places = [record.log.channels[place] for place in ("x", "y") if place in record.log.channels]
             noise += [_of_rates(_of_places(one.value), 1.0 / one.period, band, 2) for one in places if one.period > 0.0]

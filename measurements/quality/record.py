@@ -7,9 +7,9 @@ evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked fo
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
-from typing import Annotated, Any, Literal, TypedDict, TypeVar, Unpack
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,8 @@ _PIECE = 120.0
 """Length of a piece [s]: long beside the delays of 5 s that are tried in it, short beside two hours."""
 _IDLE = 0.1
 """Share of the idle pieces that are taken, beside the others: nothing but the neutral of the commands is told there."""
-_SLOW = 0.1
-"""Share of its usual top speed below which a boat whose commands stand still lies idle, as in `resting`."""
+AT_REST = 0.1
+"""Share of its usual top speed, and of its top yaw rate, below which a boat lies at rest."""
 _CALMEST, _CALM = 5, 0.05
 """Pieces taken because the boat is slowest in them, for this share of the time, 6 s: rest shows the neutral."""
 
@@ -108,11 +108,8 @@ def _cut(low: float, high: float) -> Array:
 
 def _idle(log: Log, pieces: Array, speed: Array) -> NDArray[np.bool_]:
     """True when in each piece no command changes and the boat is slow."""
-    idle = speed < _SLOW * np.quantile(speed, 0.95)
-    for name, channel in log.channels.items():
-        if command_kind(name):
-            idle &= _range(channel, pieces) == 0.0
-    return idle
+    still = [_range(channel, pieces) == 0.0 for name, channel in log.channels.items() if command_kind(name)]
+    return np.logical_and.reduce([speed < AT_REST * np.quantile(speed, 0.95), *still])
 
 
 def _speeds(log: Log, pieces: Array) -> tuple[Array, Array]:
@@ -210,9 +207,8 @@ class Record:
         except LogError as error:
             return cls(log, (), names, error.typed.removeprefix(f"{log.path}: "), vehicle)
         channels = [log.channels[name] for name in names]
-        last = [float(channel.time[-1]) + 2.0 * channel.period for channel in channels]
         stretches = tuple(
-            _stretch(motion, _commands(channels, last, motion), portion.of(motion.duration))
+            _stretch(motion, _commands(channels, motion), portion.of(motion.duration))
             for motion, portion in zip(motions, portions, strict=True)
         )
         return cls(log, stretches, names, "", vehicle)
@@ -294,11 +290,11 @@ def _stretch(motion: Motion, commands: Array, portion: Portion) -> Stretch:
     return Stretch(motion.slice(first, last), commands[first:last], portion)
 
 
-def _commands(channels: Sequence[Channel], last: Sequence[float], motion: Motion) -> Array:
-    """Commands in the rows of a motion; each is known up to its `last` stamp [s]."""
+def _commands(channels: Sequence[Channel], motion: Motion) -> Array:
+    """Commands in the rows of a motion; each is known up to two rows after its last stamp."""
     table, step = np.full((motion.time.size, len(channels)), np.nan), motion.time_step
-    for column, (channel, end) in enumerate(zip(channels, last, strict=True)):
-        known = (motion.time >= channel.time[0]) & (motion.time <= end)
+    for column, channel in enumerate(channels):
+        known = (motion.time >= channel.time[0]) & (motion.time <= channel.time[-1] + 2.0 * channel.period)
         if known.any():
             time = motion.time[known]
             near = samples(channel, (float(time[0]) - step, float(time[-1]) + step))
@@ -399,22 +395,6 @@ class Finding(file_records.Record):
         return _capital(self.remedy)
 
 
-class _More(TypedDict, total=False):
-    """Further fields of a `Finding`."""
-
-    channels: tuple[str, ...]
-    value: float | None
-    unit: str
-    ci95: tuple[float, float] | None
-    parts: Mapping[str, float | str]
-    consequence: str
-    remedy: str
-    fix: Fix | None
-    short: str
-    reach: Reach
-    mends: Mapping[str, Entry | None]
-
-
 @dataclass(frozen=True, slots=True)
 class About:
     """What a check looked at and measured, of which findings are made; see `Finding` for the attributes."""
@@ -426,24 +406,23 @@ class About:
     ci95: tuple[float, float] | None = None
     parts: Mapping[str, float | str] = field(default_factory=dict)
 
-    def finding(self, verdict: Verdict, sentence: str, **more: Unpack[_More]) -> Finding:
+    def finding(self, verdict: Verdict, sentence: str, **more: Any) -> Finding:
         """A finding on it, of which further fields may be given, also in place of its own."""
-        known = {part.name: getattr(self, part.name) for part in fields(self)}
-        return Finding(verdict=verdict, sentence=sentence, **{**known, **more})
+        return Finding(verdict=verdict, sentence=sentence, **{**asdict(self), **more})
 
-    def ok(self, sentence: str, **more: Unpack[_More]) -> Finding:
+    def ok(self, sentence: str, **more: Any) -> Finding:
         """The finding that nothing is wrong."""
         return self.finding("ok", sentence, **more)
 
-    def untold(self, sentence: str, **more: Unpack[_More]) -> Finding:
+    def untold(self, sentence: str, **more: Any) -> Finding:
         """The finding that the log cannot tell."""
         return self.finding("cannot tell", sentence, **more)
 
-    def note(self, sentence: str, **more: Unpack[_More]) -> Finding:
+    def note(self, sentence: str, **more: Any) -> Finding:
         """The finding of something that is good to know."""
         return self.finding("note", sentence, **more)
 
-    def warning(self, sentence: str, **more: Unpack[_More]) -> Finding:
+    def warning(self, sentence: str, **more: Any) -> Finding:
         """The finding of something that makes results worse."""
         return self.finding("warning", sentence, **more)
 

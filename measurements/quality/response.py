@@ -17,16 +17,15 @@ from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from ..statistics.signals import band_passed
 from .faults import Size, size_of
-from .lags import FOLLOWS, Response, lag_anywhere, unexplained_shares
+from .lags import FOLLOWS, QUICK, Response, lag_anywhere, unexplained_shares
 from .quick_motion import centre_of, stands_still
 from .record import STEP, Record, Stretch, command_names, computed_once, values_called
 
-_QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
-"""The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
-positions, whose noise grows with frequency."""
+_DERIVED = (0.1, 1.0)
+"""A band slower than `QUICK` [Hz], for speeds that are made of positions, whose noise grows with frequency."""
 _LEAST_BLOCKS = 8
 """Blocks that are needed: all of eight agree by chance in 1 of 128 cases."""
-_TIMES = 5.0
+TIMES = 5.0
 """Standard errors from which a sign is certain."""
 _SHARE = 0.15
 """Share of the record's size that a command must make: below, what else moves the boat may be what is seen. Thrusters
@@ -274,8 +273,7 @@ def _late_speeds(records: Sequence[Record]) -> float:
     """How much later than the places the speeds are [s], where that is known and may turn a sign round; else 0."""
     if not all(set(record.log.channels) >= MADE_GOOD for record in records):
         return 0.0
-    every = [(record, stretch) for record in records for stretch in record.stretches]
-    lag = computed_once(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], STEP))
+    lag = lag_anywhere([made_good(record, stretch) for record in records for stretch in record.stretches], STEP)
     known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(STEP, CI * lag.error)
     return lag.seconds if lag is not None and known else 0.0
 
@@ -285,7 +283,7 @@ def _tables(
 ) -> list[_Table]:
     """The stretches of some logs in the band, with speeds `late` seconds earlier than they are stamped."""
     measured = all("u" in record.log.channels for record in records)
-    band = _QUICK if measured else _DERIVED
+    band = QUICK if measured else _DERIVED
     tables, begun = [], 0
     for record in records:
         if not set(names) <= set(record.commands):
@@ -345,7 +343,7 @@ def _residual_squares(tables: Sequence[_Table], lags: Sequence[int], margin: int
             gram[:many, :many] += moved.T @ moved
             gram[:many, many:] += moved.T @ beside
     every[:, many:, :many] = every[:, :many, many:].swapaxes(1, 2)
-    return np.asarray(np.maximum(every[:, -1, -1] * unexplained_shares(every)[0], 1e-300))
+    return np.asarray(np.maximum(every[:, -1, -1] * unexplained_shares(every), 1e-300))
 
 
 def _trial(
@@ -391,7 +389,7 @@ def _alone(commands: Array, place: int) -> bool:
 
 
 def _sign(value: float, error: float) -> int:
-    return int(np.sign(value)) if abs(value) > _TIMES * error else 0
+    return int(np.sign(value)) if abs(value) > TIMES * error else 0
 
 
 SIDE = {"port": 1, "starboard": -1}

@@ -182,6 +182,13 @@ def share_of_draws(passes: NDArray[np.bool_]) -> float:
 
 CI = 1.96
 """Standard errors in half a 95 % interval."""
+
+
+def interval(value: float, error: float) -> tuple[float, float]:
+    """The 95 % interval of a number with a standard error."""
+    return value - CI * error, value + CI * error
+
+
 _ROUNDS = 6
 _LEAST_SPREAD = 1e-12
 """Spread that stands for none, so that what is left can be divided by it."""
@@ -239,8 +246,8 @@ class Fit:
 
     def interval(self, place: int) -> tuple[float, float] | None:
         """The 95 % interval of one coefficient, None where it is unknown."""
-        half = CI * float(self.errors[place])
-        return (float(self.values[place]) - half, float(self.values[place]) + half) if np.isfinite(half) else None
+        value, error = float(self.values[place]), float(self.errors[place])
+        return interval(value, error) if np.isfinite(error) else None
 
     def certain(self, place: int, times: float) -> bool:
         """True when a coefficient is at least `times` its standard error."""
@@ -291,8 +298,8 @@ _MOST = 6
 _LONGER = 5.0
 """Length of a block, in times of what the rule for autocorrelation asks for: a judgement. Longer blocks cost width, and
 shorter ones are not yet independent."""
-_LEVEL = 0.975
-"""Quantile of the upper end of a 95 % interval."""
+LEVEL = 0.975
+"""Quantile of either end of a 95 % interval."""
 _LEAST = 1e-24
 """Mean square that stands for none, so that there is a logarithm."""
 BY_CHANCE, _ODDS = 0.01, 1000.0
@@ -380,7 +387,7 @@ def paired_ratio(model: Array, reference: Array, shortest: int = 1, fewest: int 
     error, blocks = _error(0.5 * (model / ours - reference / theirs).mean(axis=1), shortest, fewest)
     if error is None:
         return Difference(gap, float(np.expm1(gap)), None, None, int(blocks))
-    half = student(blocks - 1.0, _LEVEL) * error
+    half = student(blocks - 1.0, LEVEL) * error
     return Difference(gap, float(np.expm1(gap)), (gap - half, gap + half), error, int(blocks))
 
 

@@ -91,9 +91,18 @@ _AT_ONCE = 1 << 18
 
 def drift_free(rate: Array, step: float) -> Array:
     """Integrate rates (n, ...) sampled every `step` [s], and keep 0.05 to 1 Hz of them, without moving them in time."""
+    return band_passed(integrated(rate, step), step, (_BAND[0], min(_BAND[1], 0.4 / step)))
+
+
+def integrated(rate: Array, step: float) -> Array:
+    """What rates (n, ...) sampled every `step` [s] add up to from their first row on, by trapezoids.
+
+    >>> integrated(np.array([0.0, 2.0, 4.0]), 0.5).tolist()
+    [0.0, 0.5, 2.0]
+    """
     total = np.zeros(rate.shape)
     np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0, out=total[1:])
-    return band_passed(total, step, (_BAND[0], min(_BAND[1], 0.4 / step)))
+    return total
 
 
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:

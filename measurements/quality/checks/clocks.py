@@ -9,7 +9,7 @@ import numpy as np
 from ....physics.motion import Array
 from ...canonical import Channel
 from ...kinematics import bend_between_rows, kinematics_of, longest_row, moved_over_ground
-from ...statistics.blocks import CI
+from ...statistics.blocks import CI, interval
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
@@ -193,7 +193,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         text = "the commands say too little about the motion to tell whether they are in step with it"
         return [about.untold(text)]
     seconds, error = pooled
-    ends = seconds - CI * error, seconds + CI * error
+    ends = interval(seconds, error)
     if seconds > SLOW and far:
         size = _size_of_delay(records, found, seconds, 0.0)
         if size is None or size.share.warns:
@@ -266,9 +266,9 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     names = {name for record in records for name in record.commands}
     centre = {name: centre_of(records, name) for name in names}
     lags = []
-    for response in (_surge_answer, _yaw_answer):
-        every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
+    every = [_answered(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
+    for responses in zip(*every, strict=True):
+        lag = lag_of(responses, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:
@@ -294,17 +294,13 @@ def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Arr
     return np.column_stack([ahead, astern, ahead**2, astern**2])
 
 
-def _surge_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
-    surge = stretch.motion.velocity[:, 0]
-    return Response(np.gradient(surge, STEP), _drive(record, stretch, centre), _trim(surge))
-
-
-def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
-    motion = stretch.motion
+def _answered(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> tuple[Response, Response]:
+    """Changes of surge, and of yaw by a gyro that is so late [s], with the commands that drive them."""
+    motion, commands = stretch.motion, _drive(record, stretch, centre)
     surge, _, rate = motion.velocity.T
     rate = np.interp(motion.time + gyro, motion.time, rate)
-    besides = np.column_stack([rate, np.abs(surge) * rate, np.abs(rate) * rate])
-    return Response(np.gradient(rate, STEP), _drive(record, stretch, centre), besides)
+    drag = np.column_stack([rate, np.abs(surge) * rate, np.abs(rate) * rate])
+    return Response(np.gradient(surge, STEP), commands, _trim(surge)), Response(np.gradient(rate, STEP), commands, drag)
 
 
 def _move(names: Sequence[str], seconds: float) -> Callable[[Channels], dict[str, Channel]]:

@@ -42,14 +42,6 @@ class Beyond:
     ratio: float
     neutral: float
 
-    @property
-    def sentence(self) -> str:
-        """What the command does, without an end."""
-        return (
-            f"{self.thruster.channel} goes to {self.largest:.4g}, beyond the end of its curve at {self.end:.4g}, in "
-            f"{percent(self.share)} of the rows"
-        )
-
 
 def _range(records: Sequence[Record]) -> Found:
     """Compare the values of the commands with the ends of the vehicle's curves.
@@ -61,12 +53,16 @@ def _range(records: Sequence[Record]) -> Found:
         return []
     having = [t for t in vehicle.thrusters if any(t.channel in record.log.channels for record in records)]
     beyond = [one for one in (_beyond(records, thruster) for thruster in having) if one is not None]
-    if not having or not beyond:
-        text = "no command goes beyond the end of its thruster's curve"
+    if not beyond:
         names = tuple(t.channel for t in having)
-        return [About("command range", names).ok(text)] if having else []
+        text = "no command goes beyond the end of its thruster's curve"
+        return About("command range", names).ok(text) if having else None
     names = tuple(one.thruster.channel for one in beyond)
-    told = "; ".join(one.sentence for one in beyond)
+    told = "; ".join(
+        f"{one.thruster.channel} goes to {one.largest:.4g}, beyond the end of its curve at {one.end:.4g}, in "
+        f"{percent(one.share)} of the rows"
+        for one in beyond
+    )
     factors, weighed = _best_factors(records, beyond)
     lines = listing([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
     # Beyond the curve the file has no force at all: of the motion they need not be much.

@@ -5,7 +5,7 @@ the same push of it, as large as a working thruster's, the thruster moved. Comma
 at any delay, quick or slow, are not the boat's own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,7 @@ def _examine(records: Sequence[Record]) -> Found:
     if not any(one.refused for one in found):
         all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
         found = [one for one in all_at_once if one][:1] or found
-    return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
+    return found or list(_held_of_mirrored_pair(having, parts, names)) or [_sound(parts, names)]
 
 
 def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], name: str) -> Finding | None:
@@ -86,29 +86,25 @@ def _residual_of_scales(left: Array, pushes: Array) -> Array:
     return np.asarray(left - np.einsum("ncx,c->nx", pushes, scales))
 
 
-def _held_of_mirrored_pair(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> list[Finding]:
+def _held_of_mirrored_pair(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> Iterator[Finding]:
     """The findings that a thruster was held at a push while the one that mirrors it worked, for most of the log.
 
     The pair's common push then follows from the one that moves, and what it does alone passes for effects. Whether it
     was held the log cannot tell, and that is no reason to refuse it; a command at an end of its range is saturated.
     """
-    result = []
     whole = sum(part.rates.shape[0] for part in parts) * STEP
     for place, other in _mirrored(records, names):
         rows = [part.long[:, place] & ~part.long[:, other] for part in parts]
         seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
         if seconds < max(FEWEST * BLOCK, 0.5 * whole) or _rests_or_saturates(records, names[place]):
             continue
-        result.append(
-            About("drive", (names[place],), seconds, "s").warning(
-                f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the "
-                "other side moves; whether its thruster was held, or its record is frozen, the log cannot tell",
-                consequence=_HELD,
-                remedy="make sure that this thruster was held, or leave those parts of the log out",
-                short=f"{names[place]} stands still beside its twin",
-            )
+        yield About("drive", (names[place],), seconds, "s").warning(
+            f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the "
+            "other side moves; whether its thruster was held, or its record is frozen, the log cannot tell",
+            consequence=_HELD,
+            remedy="make sure that this thruster was held, or leave those parts of the log out",
+            short=f"{names[place]} stands still beside its twin",
         )
-    return result
 
 
 def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""Check of late fixes: one that is a row late makes the boat stop, then leap.
+"""Checks of fixes: held, as a receiver of 5 Hz does on a grid of 10 Hz, and late, which makes the boat stop, then leap.
 
 Also the fixes in a record of positions: when they came, how far the boat went between, and when they were taken.
 """
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import Channel
+from ...preparation.resampling import new_positions
 from ...statistics.signals import noise_of_differences
 from ..record import About, Channels, Check, Fix, Found, Reach, Record
 
-LEAST = 20
+_LEAST = 20
 """Fixes of a moving boat from which something can be said."""
 _TOGETHER = 4
 """Steps between fixes that are taken together to find the beat."""
@@ -119,16 +120,10 @@ class Fixes:
 
 def fixes_of(channels: Channels) -> Fixes | None:
     """Find the fixes in the channels of a log; None without positions, or where x and y do not come together."""
-    if not {"x", "y"} <= set(channels):
+    found = new_positions(channels)
+    if found is None or found[0].size < _LEAST:
         return None
-    x, y = channels["x"], channels["y"]
-    if x.time.size != y.time.size or x.time.size < LEAST or not (x.time is y.time or np.array_equal(x.time, y.time)):
-        return None
-    new = (x.value[1:] != x.value[:-1]) | (y.value[1:] != y.value[:-1])
-    row = np.concatenate(([0], np.flatnonzero(new) + 1))
-    if row.size < LEAST:
-        return None
-    time, position = x.time[row], np.column_stack([x.value[row], y.value[row]])
+    row, time, position = found
     length = np.hypot(*np.diff(position, axis=0).T)
     # A boat at rest shows a new position now and then only: a fix is as fine as its last digit.
     moving = length > 0.3 * np.quantile(length, 0.9)
@@ -142,14 +137,15 @@ def fixes_of(channels: Channels) -> Fixes | None:
         float(np.median(np.convolve(part, np.ones(_TOGETHER), "valid")[whole])) / _TOGETHER for part in (spans, steps)
     )
     rows = max(1, round(rows))
-    whole = np.maximum(np.rint(steps / beat), 1).astype(np.int64)
+    whole = np.maximum(np.rint(steps / beat), 1)
     # A step of one and a half beats is off, whichever way it is rounded.
     off = np.abs(steps / beat - whole) > _OFF
+    # One that came late, or after a late one, is as many beats long as it is without what it is late by.
+    whole = np.where(off, np.maximum(np.floor(steps / beat + _OFF), 1), whole).astype(np.int64)
     digits = np.array([_last_digit(column) for column in position.T])
     usual = np.median(np.abs(np.diff(position, axis=0))[moving].max(axis=1, initial=0.0, where=digits > 0.0))
     digit = float(digits.max()) if usual < 1.5 * digits.max() else 0.0  # one of them, not two
-    whole = np.where(off, _shorter(steps, beat), whole)
-    return Fixes(row, time, position, rows, beat, x.period, moving, off, whole, digit)
+    return Fixes(row, time, position, rows, beat, channels["x"].period, moving, off, whole, digit)
 
 
 def _last_digit(values: Array) -> float:
@@ -161,11 +157,6 @@ def _last_digit(values: Array) -> float:
         return 0.0
     number = (unique - unique[0]) / gaps.min()
     return float(gaps.min()) if np.abs(number - np.rint(number)).max() < 0.1 else 0.0
-
-
-def _shorter(steps: Array, beat: float) -> NDArray[np.int64]:
-    """Beats in a step of one that came late or after a late one."""
-    return np.maximum(np.floor(steps / beat + _OFF), 1).astype(np.int64)
 
 
 def _on_beat(time: Array, beat: float) -> Array:
@@ -195,8 +186,7 @@ def at_fixes(channels: Channels, taken: Callable[[Fixes], Array]) -> dict[str, C
     Parameters
     ----------
     channels : of the log
-    fixes : rows with a new position
-    time : of each fix (k,) [s]
+    taken : tells when each fix was taken (k,) [s]
     """
     fixes = fixes_of(channels)
     if fixes is None:
@@ -217,6 +207,42 @@ def at_fixes(channels: Channels, taken: Callable[[Fixes], Array]) -> dict[str, C
     return result
 
 
+def _held(records: Sequence[Record]) -> Found:
+    """Count how often a position is new."""
+    if not any({"x", "y"} <= set(record.log.channels) for record in records):
+        return []
+    about = About("held fixes", ("x", "y"))
+    every = [fixes_of(record.log.channels) for record in records]
+    found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= _LEAST]
+    if not found:
+        return about.untold("the boat moves too little to tell how often its position is measured")
+    digit = max(fixes.digit for fixes in found)
+    if digit > 0.0:
+        text = f"positions are rounded to {digit:.2g} m, as far as the boat goes from one new position to the next"
+        return about.note(
+            f"{text}: how often they are measured cannot be told",
+            value=digit,
+            unit="m",
+            consequence="a speed made of them is as coarse",
+            remedy="log positions to the centimetre, or log speeds",
+        )
+    beat, step, rows = np.median([(fixes.beat, fixes.step, fixes.rows) for fixes in found], axis=0).tolist()
+    about = replace(about, value=1.0 / beat, unit="Hz")
+    if rows < 2:
+        return about.ok(f"positions are new in every row, {1.0 / beat:.3g} a second")
+    return about.warning(
+        f"positions are measured {1.0 / beat:.3g} times a second and held in between, over "
+        f"{rows:.0f} rows of {step:.3g} s",
+        consequence="a speed taken from row to row is zero, then too large",
+        remedy="use a position only where it is new",
+        fix=Fix("rows that repeat a position dropped from x and y", partial(at_fixes, taken=lambda fixes: fixes.time)),
+        short=f"positions are held over {rows:.0f} rows",
+    )
+
+
+HELD_FIXES = Check("held fixes", _held)
+
+
 _OFTEN = 0.01
 """Share of steps that are off from which fixes come late, and not now and then."""
 _TOLD = 5
@@ -235,7 +261,7 @@ def _late(records: Sequence[Record]) -> Found:
         return []
     every = [fixes_of(record.log.channels) for record in records]
     known = [fixes for fixes in every if fixes is not None and not fixes.digit]
-    found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= LEAST]
+    found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= _LEAST]
     about = About("late fixes", ("x", "y"))
     if not found:
         return about.untold("the boat moves too little, or positions are too coarse, to tell whether fixes come late")

@@ -76,11 +76,6 @@ class _Zero:
         """How far a neutral is beside it."""
         return max(self.low - value, value - self.high)
 
-    @property
-    def middle(self) -> float:
-        """Its middle."""
-        return 0.5 * (self.low + self.high)
-
     def __str__(self) -> str:
         return f"{self.low:.4g}" if self.low == self.high else f"{self.low:.4g} to {self.high:.4g}"
 
@@ -108,7 +103,8 @@ def _compared(about: About, found: Mapping[str, float], zeros: Mapping[str, _Zer
     about = replace(about, value=value, channels=tuple(off or found))
     curve = f"set the curve's zero in the vehicle file to {value:g}"
     if off:
-        moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
+        middle = {n: 0.5 * (zeros[n].low + zeros[n].high) for n in off}
+        moves = ", ".join(f"{n} by 'offset: {middle[n] - v:+.4g}'" for n, v in off.items())
         return about.warning(
             f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; {reach}",
             consequence="a model pushes at rest, and ahead and astern seem unlike",

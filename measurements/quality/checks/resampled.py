@@ -73,12 +73,8 @@ def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | N
 
 
 def _new(values: Sequence[Array]) -> NDArray[np.bool_]:
-    """Whether a record changes from the row before to each row; records one by one, since a long log has many rows."""
-    fresh = np.zeros(values[0].size, dtype=bool)
-    fresh[0] = True
-    for record in values:
-        fresh[1:] |= record[1:] != record[:-1]
-    return fresh
+    """Whether a record changes from the row before to each row."""
+    return np.append(True, np.logical_or.reduce([record[1:] != record[:-1] for record in values]))
 
 
 def _padding(time: Array, values: Sequence[Array], fresh: NDArray[np.bool_]) -> float:
@@ -89,20 +85,23 @@ def _padding(time: Array, values: Sequence[Array], fresh: NDArray[np.bool_]) -> 
     # A boat that lies still shows the same row, too: beside what is filled up, it moves as it does elsewhere.
     near = max(3, int(np.searchsorted(time, time[first] + _ENDS)) - first)
     ends = (
-        (float(time[first] - time[0]), slice(first, first + near)),
-        (float(time[-1] - time[last]), slice(max(first, last - near), last)),
+        (float(time[first] - time[0]), (first, first + near)),
+        (float(time[-1] - time[last]), (max(first, last - near), last)),
     )
-    if not any(length > _ENDS for length, _ in ends):
-        return 0.0
-    usual = np.array([np.median(np.abs(np.diff(record[first : last + 1]))) for record in values])
-    return sum(length for length, rows in ends if length > _ENDS and _moves(values, rows, usual))
-
-
-def _moves(values: Sequence[Array], rows: slice, usual: Array) -> bool:
-    """True when most records move at least a tenth as fast in some rows as they usually do."""
-    steps = np.array([np.median(np.abs(np.diff(record[rows.start : rows.stop + 1]))) for record in values])
+    usual = _steps(values, first, last)
     moving = usual > 0.0
-    return bool(np.count_nonzero(steps[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())
+
+    def moves(rows: tuple[int, int]) -> bool:
+        """Whether most records move at least a tenth as fast in some rows as they usually do."""
+        quick = moving & (_steps(values, *rows) > 0.1 * usual)
+        return bool(quick.sum() > 0.5 * moving.sum())
+
+    return sum(length for length, rows in ends if length > _ENDS and moves(rows))
+
+
+def _steps(values: Sequence[Array], first: int, last: int) -> Array:
+    """The usual step of each record between two rows."""
+    return np.array([np.median(np.abs(np.diff(record[first : last + 1]))) for record in values])
 
 
 def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:
@@ -147,16 +146,14 @@ def _thinned(channels: Channels, keep: Callable[[NDArray[np.bool_]], NDArray[np.
 
 def _interpolated(values: Sequence[Array]) -> int:
     """Rows from one measured row to the next where those between lie on lines; 0 where all are measured."""
-    worst = np.zeros(values[0].size - 2)
+    measured = np.zeros(values[0].size - 2, dtype=bool)
     for record in values:
         bend = np.abs(np.diff(record, n=2))
         size = float(np.quantile(bend, 0.95))
         if size > 0.0:
-            np.maximum(worst, bend / size, out=worst)
-    if not worst.any():
-        return 0
-    knots = np.flatnonzero(worst > _FLAT)
-    if knots.size < _LEAST_ROWS // 10 or 1.0 - knots.size / worst.size < _SHARE:
+            measured |= bend / size > _FLAT
+    knots = np.flatnonzero(measured)
+    if knots.size < _LEAST_ROWS // 10 or 1.0 - knots.size / measured.size < _SHARE:
         return 0
     spans = np.diff(knots)
     spans = spans[spans > 1]

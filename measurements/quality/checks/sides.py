@@ -4,16 +4,16 @@ Where nothing is certain, what is likely reversed or misplaced is told, and what
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ....physics.presentation import listing
 from ...canonical import kind_of
-from ...statistics.blocks import BY_CHANCE, CI, chance_of_no_more
+from ...statistics.blocks import BY_CHANCE, chance_of_no_more, interval
 from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
-from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
+from ..faults import WIDE, Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..quick_motion import neutral_of
 from ..record import RATE, STEP, About, Check, Finding, Found, Record, command_names, values_called
 from ..response import (
@@ -32,35 +32,24 @@ from ..response import (
 )
 from .swapped_channels import may_be_exchanged
 
-_TURNING = (0.05, 1.0)
-"""The band in which differentiated headings and yaw rates are compared [Hz]: slower is drift, faster is noise."""
-
-
 _LIKELY = 0.025
 """Chance below which an explanation of the log is called likely: on field logs of known wiring it never named a
 thruster that was right. Below `BY_CHANCE`, and at great odds, others are ruled out."""
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """What a log shows of a command for certain: 1 where more of it pushes ahead, -1 astern, 0 unknown; and its side.
+def placed(records: Sequence[Record]) -> dict[str, Answer]:
+    """The certain answers to the commands of logs of one boat, whatever these are called.
 
-    The side is "port", "starboard" or empty.
+    Where heading and yaw rate turn opposite ways, no side is.
     """
-
-    ahead: int
-    side: str
-
-
-def placed(records: Sequence[Record]) -> dict[str, Placed]:
-    """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
     if not records:
         return {}
     certain, *_ = _classify(records, expected_of(records, command_names(records)))
     if certain.of_exchanged_speeds:
         return {}
-    apart = _turns_apart(records)
-    return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in certain.answers.items()}
+    if _turns_apart(records):
+        return {name: replace(answer, yaw_error=np.inf) for name, answer in certain.answers.items()}
+    return dict(certain.answers)
 
 
 def _examine(records: Sequence[Record]) -> Found:
@@ -155,8 +144,7 @@ class _Answers:
         explained = trials(self.records)
         late = float(np.median([one.best.seconds for one in explained]))
         size = size_by_model(self.records, misplaced(turned, moved), delayed(late))
-        for one in explained if size is None else ():
-            fitted = one.best.fitted
+        for fitted in [one.best.fitted for one in explained] if size is None else ():
             if fitted is not None and (turned | moved) & set(fitted.names):
                 size = fitted.size_beside(fitted.errors(turned, turned | moved))
         return size
@@ -193,10 +181,10 @@ def _turns_apart(records: Sequence[Record]) -> bool:
     """True when the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
     both = [record for record in records if {"psi", "r"} <= set(record.log.channels)]
     pairs = [
-        band_passed(np.column_stack([np.gradient(s.motion.heading, STEP), s.motion.velocity[:, 2]]), STEP, _TURNING)
+        band_passed(np.column_stack([np.gradient(s.motion.heading, STEP), s.motion.velocity[:, 2]]), STEP, WIDE)
         for record in both
         for s in record.stretches
-        if s.motion.time.size > RATE / _TURNING[0]
+        if s.motion.time.size > RATE / WIDE[0]
     ]
     if not pairs:
         return False
@@ -218,7 +206,7 @@ def _direction(told: _Answers, unsure: Sequence[Trials], size: Size | None) -> F
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
         text = f"more command pushes {as_told} on {listing(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         untold = [name for name in names if name not in found]
-        ends = _interval(least.surge, least.surge_error)
+        ends = interval(least.surge, least.surge_error)
         about = About("direction", tuple(names if untold else found), least.surge, "m/s^2", ends, parts)
         return about.untold(f"{text}; of {listing(untold)} the log does not tell") if untold else about.ok(text)
     worst = max((found[name] for name in wrong), key=lambda answer: abs(answer.surge))
@@ -232,13 +220,9 @@ def _direction(told: _Answers, unsure: Sequence[Trials], size: Size | None) -> F
         "names": listing(wrong),
         "cure": f"{lines}{told.or_vehicle(wrong, 'curve or the angle')}",
     }
-    ends = _interval(worst.surge, worst.surge_error)
+    ends = interval(worst.surge, worst.surge_error)
     fault = Fault(Kind.REVERSED, wrong, size, facts, worst.surge, ends, parts=parts)
     return fault.in_words("defect" if size.refuses else "warning")
-
-
-def _interval(value: float, error: float) -> tuple[float, float]:
-    return value - CI * error, value + CI * error
 
 
 def _sides(told: _Answers, unsure: Sequence[Trials], size: Size | None) -> Finding:
@@ -294,7 +278,7 @@ def _turn(
     if not sided:
         return None, None
     value = sum(side * answer.ahead * answer.yaw for side, answer in sided)
-    return value, _interval(value, sum(answer.yaw_error**2 for _, answer in sided) ** 0.5)
+    return value, interval(value, sum(answer.yaw_error**2 for _, answer in sided) ** 0.5)
 
 
 def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expected) -> str:

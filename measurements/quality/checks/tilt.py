@@ -8,6 +8,7 @@ import numpy as np
 from ....physics.motion import GRAVITY
 from ...statistics.blocks import numbered_on, robust_fit
 from ..record import RATE, About, Check, Found, Record
+from ..response import TIMES
 from .clocks import on_grid
 
 _BLOCK = 5.0
@@ -16,8 +17,6 @@ _SMALL = 0.15
 """Leak up to which the accelerometer shows accelerations [m/s^2]: a degree of trim."""
 _MUCH = 0.5
 """Leak from which the accelerometer is of no use as one [m/s^2]."""
-_TIMES = 5.0
-"""Standard errors from which a leak is certain, as a sign is in `response`."""
 
 
 def _tilt(records: Sequence[Record]) -> Found:
@@ -46,7 +45,7 @@ def _tilt(records: Sequence[Record]) -> Found:
     measured = replace(about, value=leak, ci95=ends, parts=parts)
     if max(abs(ends[0]), abs(ends[1])) <= _SMALL:
         return measured.ok(f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)")
-    if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
+    if abs(leak) <= _SMALL or not fit.certain(0, TIMES):
         text = f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
         return measured.untold(text)
     angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / GRAVITY, 0.0, 1.0))))

@@ -1,7 +1,8 @@
-"""Check of units and signs between two records of one quantity: degrees for radians, knots for metres a second, axes.
+"""Checks of units and signs between two records of one quantity: degrees for radians, knots for m/s, axes, and time.
 
 Each pair is read in every way in which it may have been recorded. The simplest reading is taken on which no other is
-much better; another than the log's own is a fault, weighed by its size; see `faults`.
+much better; another than the log's own is a fault, weighed by its size; see `faults`. Where stamps are in another unit
+than seconds, heading and way change by one factor faster than their rates say.
 """
 
 from collections.abc import Sequence
@@ -12,13 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ....physics.motion import Array
+from ...canonical import Channel
+from ...channels.channel_map import TIME, Entry, map_text
+from ...formats.base import PER_SECOND
 from ...log import Log
 from ...statistics.blocks import numbered_on, robust_fit
 from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..lags import Pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, About, Check, Finding, Fix, Found, Record, Stretch, altered
+from ..record import RATE, About, Channels, Check, Finding, Fix, Found, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
@@ -79,11 +83,11 @@ class Turning(NamedTuple):
 def turning_of(every_log: Sequence[Log]) -> Turning | None:
     """The simplest reading of heading and yaw rate; None where no reading makes them agree."""
     logs = [log for log in every_log if {"psi", "r"} <= set(log.channels)]
-    wraps = _wraps(logs) if logs else None
-    every = {scale: found for scale in (1.0, _DEGREE) if logs and (found := turns(logs, scale)) is not None}
-    scales = (_DEGREE,) if wraps is not None and wraps.likely else tuple(every)
+    every = {scale: found for scale in (1.0, _DEGREE) if (found := turns(logs, scale)) is not None}
     if len(every) < 2 or every[1.0].span.size < FEWEST:
         return None
+    wraps = _wraps(logs)
+    scales = tuple(every) if wraps is None else (_DEGREE,)
     fits = {s: robust_fit(np.column_stack([t.implied, t.span]), t.measured, t.piece) for s, t in every.items()}
     block = every[1.0].block
     as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
@@ -91,18 +95,15 @@ def turning_of(every_log: Sequence[Log]) -> Turning | None:
     free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).likely else scales[0]
     least = left[free]
     units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
-    levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
-    for level in (*levels, units, [(free, float(fits[free].values[0]))]):
+    levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if wraps is None else []
+    for level in (*levels, units, [(free, float(fits[free].values[0]))]):  # the last is the least itself
         scale, rate = min(level, key=lambda one: float(_errors(every[one[0]], one[1]).sum()))
         if not size_of(told := _errors(every[scale], rate), least, power, block).likely:
             break
-    else:
-        return None
-    size, fit = size_of(as_is, told, power, block), fits[scale]
     if size_of(power, least, power, block).share.value < 0.5:  # most of the turning has another cause
         return None
-    if wraps is not None and wraps.likely:  # a heading that wraps by 360 is in degrees, however steadily the boat turns
-        size = wraps
+    # A heading that wraps by 360 is in degrees, however steadily the boat turns.
+    size, fit = wraps or size_of(as_is, told, power, block), fits[scale]
     ends = fit.interval(0)
     ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
     return Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
@@ -114,7 +115,10 @@ def _errors(found: Pieces, rate: float) -> Array:
 
 
 def _wraps(logs: Sequence[Log]) -> Size | None:
-    """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one."""
+    """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one.
+
+    None where it is too little to be likely.
+    """
     columns, blocks = [], []
     for log in logs:
         heading = log.channels["psi"]
@@ -123,7 +127,8 @@ def _wraps(logs: Sequence[Log]) -> Size | None:
         columns.append(np.column_stack([radians, degrees, step]) ** 2)
         blocks.append(((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
     as_is, turned, power = np.concatenate(columns).T
-    return size_of(as_is, turned, power, numbered_on(blocks)) if as_is.size else None
+    size = size_of(as_is, turned, power, numbered_on(blocks))
+    return size if size.likely else None
 
 
 def _in_degrees(records: Sequence[Record], turning: Turning) -> Finding | None:
@@ -372,3 +377,39 @@ def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:
 
 
 UNITS = Check("units", _examine)
+
+
+def _time_unit(records: Sequence[Record]) -> Found:
+    """Find stamps in another unit, where heading and yaw rate, and way and speed, both say so.
+
+    A finding where the time is in another unit, else none.
+    """
+    return [found for record in records if (found := _in_other_time(record.log)) is not None][:1]
+
+
+def _in_other_time(log: Log) -> Finding | None:
+    """Heading and track both move as much faster, or slower, than their rates say, by one factor."""
+    turning = turning_of([log])
+    if turning is None or turning.heading != 1.0 or turning.sign < 0 or not turning.size.likely:
+        return None
+    track, slow = track_of([log]), turning.ratio
+    if track is None or not track.certain or abs(track.scale / slow - 1.0) > FINE:
+        return None
+    unit = next((name for name, per in PER_SECOND.items() if abs(slow * per - 1.0) <= FINE), None)
+    if unit is None:
+        facts = {"told": f"the stamps run {1.0 / slow:.3g} times as fast as the motion"}
+        facts["cure"] = f"give the time in seconds (times {slow:.3g})"
+        return Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, slow, turning.ends).ruled()
+    factor = 1.0 / PER_SECOND[unit]
+    mends: dict[str, Entry | None] = {TIME: Entry(log.clock, factor)} if log.clock else {}
+    line = map_text(mends).strip() or f"time: {{from: ..., unit: {unit}}}"
+
+    def apply(channels: Channels) -> dict[str, Channel]:
+        return {name: replace(channel, time=factor * channel.time) for name, channel in channels.items()}
+
+    facts = {"told": f"the stamps are in {unit}", "cure": f"say so in a channel map: '{line}'"}
+    fix = Fix(f"time turned from {unit} into seconds", apply)
+    return Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, factor, None, fix, mends=mends).ruled()
+
+
+TIME_UNIT = Check("time unit", _time_unit)
