@@ -127,19 +127,10 @@ def scene(table: SeriesTable, model: str = "before") -> Scene:
     measured = table[ACCELERATIONS]
     error = acceleration_error(table, model)
     error[_ends(stretch, round(EDGE / step))] = np.nan
-    commands = scaled_commands(table)
-    return Scene(
-        table,
-        step,
-        measured,
-        error,
-        stretch,
-        _blocks(stretch, step),
-        log,
-        table["part"] == "test" if "part" in table else np.zeros(n, bool),
-        commands,
-        _since(commands, breaks, step),
-    )
+    held_out = table["part"] == "test" if "part" in table else np.zeros(n, bool)
+    commands, blocks = scaled_commands(table), _blocks(stretch, step)
+    since = _since(commands, breaks, step)
+    return Scene(table, step, measured, error, stretch, blocks, log, held_out, commands, since)
 
 
 def acceleration_error(series: SeriesTable, model: str = "before") -> Array:
