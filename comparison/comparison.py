@@ -141,14 +141,14 @@ def calibrated_model(
     basis : of the discovery, if there was one
     folds : where folds judge
     """
-    judged, split = inputs.parts.judge, inputs.weak
-    motions = inputs.fitting if judged != "validation" else split.train.motions
+    judged, motions = inputs.parts.judge, inputs.fitting
+    if judged == "validation":
+        motions, basis = inputs.weak.train.motions, None
     notes = []
     if judged in _FITTED_TO:
         notes = [f"{CALIBRATED} was fitted to rows that are judged here: its errors are too small, and do not count"]
     begun = perf_counter()
     try:
-        basis = basis if judged != "validation" else None
         fitted, symbols = calibrate_once(motions, inputs.vehicle, basis=basis, folds=folds)
     except RequestError as error:
         return [], [f"there is no {CALIBRATED} model: {error.typed.removeprefix('fit: ')}"]
