@@ -158,8 +158,8 @@ class Feature:
 
 def features(scene: Scene) -> tuple[Feature, ...]:
     """Speed, sway, turn rate, commands, reversals, heading and time since the last command change of every row."""
-    u, v, r = (scene.column(name) for name in ("u", "v", "r"))
-    heading = np.degrees(scene.column("psi"))
+    u, v, r = (scene.table[name] for name in ("u", "v", "r"))
+    heading = np.degrees(scene.table["psi"])
     found = [
         _of("surge speed", u, _plain("surge speed {} m/s")),
         _of("sway speed", v, _plain("sway speed {} m/s (starboard positive)")),
@@ -207,7 +207,7 @@ def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
 
     For example 'turning to port at 1.2 m/s, both thrusters ahead'.
     """
-    u, r = (float(np.median(scene.column(name)[rows])) for name in ("u", "r"))
+    u, r = (float(np.median(scene.table[name][rows])) for name in ("u", "r"))
     speed = f"at {number(abs(u), 2)} m/s"
     if abs(r) > _TURNING:
         way = f"turning to {'starboard' if r > 0.0 else 'port'}"
