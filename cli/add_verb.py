@@ -84,8 +84,8 @@ def add(
     warn(findings.warnings, found.inputs.repairs)
     prose(" ".join([findings.headline, *findings.reasons]))
     show_calibrated(findings)
-    tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
-    show(*tables, unnamed_table(findings.unnamed))
+    added = added_table(findings.candidates, found.discovery.nominal) if findings.candidates else None
+    show(added, unnamed_table(findings.unnamed))
     show_steps(findings.steps, findings.candidates, found.comparison)
     prose(also_worse(findings, found.comparison), UNSURE)
     show(energy_text(findings.passivity))

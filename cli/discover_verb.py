@@ -46,12 +46,11 @@ def discover(
         reading = replace(reading, channel_map=channels)
     check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
     read = partial(logs_in_steps, logs, vehicle, reading, judge)
-    text = "json" if as_json else "whole"
     if residual is not None:
         from ..workflows.whole_answer import check_kind
 
         check_kind(residual)
-    how = Telling(not no_report, force, text)
+    how = Telling(not no_report, force, "json" if as_json else "whole")
     tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
 
 

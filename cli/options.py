@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.log_options import Reading
 from .console import failing_clearly, progress
 
 if TYPE_CHECKING:
@@ -75,9 +75,8 @@ def telling(verb: Callable[..., None]) -> Callable[..., None]:
     own, parameters = signature(verb).parameters, list[Parameter]()
     fields: tuple[str, ...] = own["reading"].default if "reading" in own else ()
     for one in own.values():
-        read = [(name, *_READING[name]) for name in fields]
-        whole = [one.replace(name=name, annotation=kind, default=given) for name, kind, given in read]
-        parameters += whole if one.name == "reading" else [one]
+        read = [one.replace(name=name, annotation=_READING[name][0], default=_READING[name][1]) for name in fields]
+        parameters += read if one.name == "reading" else [one]
     parameters.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=QUIET, annotation=bool))
 
     @wraps(verb)
@@ -103,12 +102,7 @@ def one_by_one(given: list[str] | None) -> list[str]:
     return [word.strip() for text in given or [] for word in text.split(",")]
 
 
-def read_logs(
-    logs: Sequence["PathLike"],
-    vehicle: Any,
-    reading: Reading = AS_GUESSED,
-    judge: str | None = None,
-) -> "Inputs":
+def read_logs(logs: Sequence["PathLike"], vehicle: Any, reading: Reading, judge: str | None = None) -> "Inputs":
     """Logs read and prepared for a vehicle, with progress."""
     from ..workflows.inputs import read_inputs
 

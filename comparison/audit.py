@@ -142,12 +142,7 @@ def audit(
 
 
 def witness_of(
-    model: Model,
-    envelope: Envelope,
-    *,
-    motions: Sequence[Motion] = (),
-    commands: Array | None = None,
-    seed: int = 0,
+    model: Model, envelope: Envelope, *, motions: Sequence[Motion] = (), commands: Array | None = None, seed: int = 0
 ) -> Witness:
     """A model as the laws see it; see `audit`.
 

@@ -93,11 +93,6 @@ class Judged:
         """Name of the model."""
         return self.model.name
 
-    @property
-    def verdict(self) -> str:
-        """Verdict of the laws, in a word."""
-        return "not run" if self.audit is None else self.audit.verdict
-
     def called(self, model: Model) -> "Judged":
         """The same of a model that differs by its name and kind alone."""
         audit = None if self.audit is None else replace(self.audit, model=model.name, kind=model.kind)
@@ -141,14 +136,14 @@ def calibrated_model(
     basis : of the discovery, if there was one
     folds : where folds judge
     """
-    judged, split = inputs.parts.judge, inputs.weak
-    motions = inputs.fitting if judged != "validation" else split.train.motions
+    judged, motions = inputs.parts.judge, inputs.fitting
+    if judged == "validation":
+        motions, basis = inputs.weak.train.motions, None
     notes = []
     if judged in _FITTED_TO:
         notes = [f"{CALIBRATED} was fitted to rows that are judged here: its errors are too small, and do not count"]
     begun = perf_counter()
     try:
-        basis = basis if judged != "validation" else None
         fitted, symbols = calibrate_once(motions, inputs.vehicle, basis=basis, folds=folds)
     except RequestError as error:
         return [], [f"there is no {CALIBRATED} model: {error.typed.removeprefix('fit: ')}"]
@@ -288,7 +283,7 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
         units={"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
         domain=None if inside is None else Domain(inside=_side(error[inside]), outside=_side(error[~inside])),
         interval=found.interval,
-        audit=found.verdict,
+        audit="not run" if found.audit is None else found.audit.verdict,
         laws=tuple(RulingRecord.model_validate(law) for law in laws),
         parameters=model.parameters,
         seconds_to_fit=model.seconds_to_fit if timed and known else None,

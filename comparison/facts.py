@@ -383,8 +383,7 @@ class Comparison(Card, Record):
     @property
     def plot(self) -> "ComparisonPlots":
         """Plots of it, as matplotlib axes."""
-        drawn: ComparisonPlots = from_above(self.DRAWN_BY)(self)
-        return drawn
+        return from_above(self.DRAWN_BY)(self)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

@@ -3,7 +3,9 @@
 import json
 import os
 import re
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,27 +75,24 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
         written = load_vehicle(source / "model.yaml", judged=judged)
-        model = VehicleModel(written, source.name, "symbolic", fitted_numbers(source))
         found = _corrected(source)
-        model.band = None if found is None else found.band
+        model = VehicleModel(written, source.name, "symbolic", found.parameters or 0)
+        model.band = found.band
         return model
     return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
     """Number of parameters fitted in the corrected model of a run folder, by its own comparison; 0 without one."""
-    found = _corrected(run)
-    return 0 if found is None else found.parameters or 0
+    return _corrected(run).parameters or 0
 
 
-def _corrected(run: Path) -> ComparedModel | None:
-    """What the comparison of a run folder says of its corrected model; None where there is none that can be read."""
-    path = run / "comparison.json"
-    try:
+def _corrected(run: Path) -> ComparedModel:
+    """What the comparison of a run folder says of its corrected model; nothing where there is none that can be read."""
+    path, models = run / "comparison.json", ()
+    with suppress(OSError, ValueError):
         models = Comparison.read(read_json(path), path, "").models
-    except (OSError, ValueError):
-        return None
-    return next((model for model in models if model.name == CORRECTED), None)
+    return next((model for model in models if model.name == CORRECTED), ComparedModel(name=CORRECTED))
 
 
 _SOURCE = re.compile(rf"(?:identified by undertow from|fitted by undertow to) ({WHOLE})?([^;(]+)")
@@ -182,19 +181,16 @@ def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
     list of str
         Empty where every model is known to come from other logs.
     """
-    sure: dict[tuple[str, ...], list[Fitted]] = {}
-    perhaps: dict[tuple[str, ...], list[Fitted]] = {}
+    alike: defaultdict[tuple[str, tuple[str, ...]], list[Fitted]] = defaultdict(list)
     for one in models:
-        if one.overlap.same:
-            sure.setdefault(one.overlap.same, []).append(one)
-        elif one.overlap.alike:
-            perhaps.setdefault(one.overlap.alike, []).append(one)
+        of, logs = ("", one.overlap.same) if one.overlap.same else (" of the same name", one.overlap.alike)
+        if logs:
+            alike[of, logs].append(one)
     told = []
-    for of, known_by in (("", sure), (" of the same name", perhaps)):
-        for logs, known in known_by.items():
-            for saw in (True, False):
-                names = [one.model.name for one in known if one.saw(judge) is saw]
-                told += [_sentence(names, logs, of, judge if saw else "")] if names else []
+    for (of, logs), known in sorted(alike.items(), key=lambda group: group[0][0]):  # what is sure first
+        for saw in (True, False):
+            names = [one.model.name for one in known if one.saw(judge) is saw]
+            told += [_sentence(names, logs, of, judge if saw else "")] if names else []
     unknown = [one.model.name for one in models if one.path and not one.logs]
     if unknown:
         told.append(
@@ -254,10 +250,9 @@ def _pairs(items: Sequence[Mapping[str, str | None]]) -> Digests:
 
 def _read(path: Path) -> Plain:
     """A file of plain data; nothing where it cannot be read, about which whoever loads the model complains."""
-    try:
+    content = None
+    with suppress(OSError, ValueError):
         content = read_yaml(path)
-    except (OSError, ValueError):
-        return {}
     return content if isinstance(content, dict) else {}
 
 

@@ -29,17 +29,23 @@ def render(*parts: str) -> Html:
     return Html("".join(part if isinstance(part, Html) else escaped(part) for part in parts))
 
 
-def element(tag: str, *parts: str, cls: str = "", attributes: Mapping[str, str] | None = None) -> Html:
-    """One element with escaped attributes and contents.
+def element(tag: str, *parts: str, cls: str = "", **attributes: str) -> Html:
+    """One element with escaped attributes and contents: "p.facts" is a paragraph of a class of style.
+
+    Parameters
+    ----------
+    cls : its classes, where they are no part of `tag`
+    attributes : by name, with an underscore for a hyphen
 
     Examples
     --------
-    >>> element("p", "a < b", cls="note")
-    '<p class="note">a &lt; b</p>'
+    >>> element("p.facts", "a < b", aria_label="note")
+    '<p class="facts" aria-label="note">a &lt; b</p>'
     """
-    named = ({"class": cls} if cls else {}) | dict(attributes or {})
-    opening = "".join(f' {name}="{escaped(value)}"' for name, value in named.items())
-    return Html(f"<{tag}{opening}>{render(*parts)}</{tag}>")
+    name, _, own = tag.partition(".")
+    named = {"class": cls or own} | {key.replace("_", "-"): value for key, value in attributes.items()}
+    opening = "".join(f' {key}="{escaped(value)}"' for key, value in named.items() if key != "class" or value)
+    return Html(f"<{name}{opening}>{render(*parts)}</{name}>")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], align: str = "l", *, caption: str = "") -> Html:
@@ -83,7 +89,7 @@ def symbol(name: str) -> Html:
         return element("msub", element("mi", stem), symbol(f"{index[0]}_dot"))
     base = element("mi", GREEK.get(stem, stem))
     upright = {"mathvariant": "normal"} if len(index) > 1 else {}
-    return element("msub", base, element("mi", index.replace("_", " "), attributes=upright)) if index else base
+    return element("msub", base, element("mi", index.replace("_", " "), **upright)) if index else base
 
 
 def number(text: str) -> Html:
@@ -95,20 +101,20 @@ def number(text: str) -> Html:
 
 def sign(text: str) -> Html:
     """An operator between two terms, which keeps its distance though nothing stands before it in its own formula."""
-    return element("mo", text, attributes={"form": "infix"})
+    return element("mo", text, form="infix")
 
 
 def factor(name: str) -> Html:
     """A factor of a balance term: a velocity, a modulus, a thruster's force, or a function of the heading."""
     if name.startswith("|"):
-        bar = element("mo", "|", attributes={"stretchy": "false"})
+        bar = element("mo", "|", stretchy="false")
         return element("mrow", bar, symbol(name.strip("|")), bar)
     head, _, tail = name.partition(":")
     if tail:
         return symbol(f"{head}_{tail}")
     head, _, tail = name.partition(" ")
     if tail:
-        gap = element("mspace", attributes={"width": "0.17em"})
+        gap = element("mspace", width="0.17em")
         return element("mrow", element("mi", head), gap, symbol(tail))
     return symbol(name)
 
@@ -123,7 +129,7 @@ def product(factors: tuple[str, ...]) -> Html:
     """
     powers = [(factor(name), len(list(same))) for name, same in groupby(factors)]
     parts = [one if count == 1 else element("msup", one, element("mn", str(count))) for one, count in powers]
-    gap = element("mspace", attributes={"width": "0.12em"})
+    gap = element("mspace", width="0.12em")
     return render(*(piece for k, part in enumerate(parts) for piece in ((gap, part) if k else (part,))))
 
 

@@ -199,9 +199,8 @@ def telling(change: ChangeRecord) -> Moved:
 def change_sentence(change: ChangeRecord) -> str:
     """What changed, by how much, when, and how sure that is."""
     what, size, more, span = _sized(telling(change))
-    first = change.first if change.earliest == change.latest else (
-        f"{change.first} ({change.earliest} to {change.latest})"
-    )  # fmt: skip
+    span_of_days = f" ({change.earliest} to {change.latest})" * (change.earliest != change.latest)
+    first = f"{change.first}{span_of_days}"
     known = f"known on {change.alarm}"
     if change.goes_on:
         went = f"{'grew' if more == 'more' else 'fell'} to {size} {more} ({span})"

@@ -94,14 +94,11 @@ class RunFolder(Card):
     @property
     def plot(self) -> "Plots":
         """Plots of it, as matplotlib axes."""
-        drawn: Plots = from_above(self.DRAWN_BY)(self)
-        return drawn
+        return from_above(self.DRAWN_BY)(self)
 
     def drawings(self) -> Mapping[str, str]:
         """See `Card`."""
-        of_run = from_above("reports.page.figures.plots:of_run")
-        drawn: dict[str, str] = of_run(self.findings, self.series, self.nominal)
-        return drawn
+        return from_above("reports.page.figures.plots:of_run")(self.findings, self.series, self.nominal)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

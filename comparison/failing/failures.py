@@ -243,13 +243,7 @@ Told = TypeVar("Told", FailingPlace, FailingSeconds)
 
 
 def where_they_fail(
-    table: SeriesTable,
-    before: Model,
-    after: Model | None,
-    parts: Sequence[DataSet],
-    judge: str,
-    *,
-    link: bool = True,
+    table: SeriesTable, before: Model, after: Model | None, parts: Sequence[DataSet], judge: str, *, link: bool = True
 ) -> Fails:
     """Failures of the first and the last model of a series, the structure of their errors, and what removes them.
 

@@ -16,6 +16,8 @@ Words = Callable[[str, str], str]
 """A range in words: its lower and its upper end as text, either empty where the range is open."""
 _PARTS = 40
 """A threshold is rounded so that about so many fit between the ends of the quantity."""
+_BINS = 6
+"""Regimes of a number, about: as many as fit under a drawing."""
 _TURNING = 0.1
 """Yaw rate [rad/s] from which the boat is said to turn."""
 _STILL = 0.15
@@ -71,12 +73,12 @@ def splits(series: SeriesTable) -> tuple[Split, ...]:
     )
 
 
-def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> Split:
+def _numeric(by: str, values: NDArray[np.float64], unit: str) -> Split:
     usable = values[np.isfinite(values)]
     if usable.size == 0:
         return Split(by, np.zeros(len(values), np.intp), (f"{by} unknown",))
     low, high = np.quantile(usable, [0.005, 0.995])
-    step = _nice(max((high - low) / bins, 1e-3) * (1.0 - 1e-9), (1.0, 2.0, 2.5, 5.0, 10.0))
+    step = round_number(max((high - low) / _BINS, 1e-3) * (1.0 - 1e-9), (1.0, 2.0, 2.5, 5.0, 10.0))
     first, last = int(np.floor(low / step)), max(int(np.ceil(high / step)), int(np.floor(low / step)) + 1)
     edges = [round(float(index * step), 9) for index in range(first, last + 1)]
     # A nearly empty bin at either end says nothing of its own and joins its neighbour.
@@ -89,7 +91,7 @@ def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> 
     return Split(by, codes, labels, tuple(edges), unit)
 
 
-def _nice(least: float, numbers: Sequence[float]) -> float:
+def round_number(least: float, numbers: Sequence[float]) -> float:
     """The least of some round numbers, times a power of ten, that is as large."""
     power = 10.0 ** np.floor(np.log10(least))
     return float(power * next(number for number in numbers if number * power >= least))
@@ -156,8 +158,8 @@ class Feature:
 
 def features(scene: Scene) -> tuple[Feature, ...]:
     """Speed, sway, turn rate, commands, reversals, heading and time since the last command change of every row."""
-    u, v, r = (scene.column(name) for name in ("u", "v", "r"))
-    heading = np.degrees(scene.column("psi"))
+    u, v, r = (scene.table[name] for name in ("u", "v", "r"))
+    heading = np.degrees(scene.table["psi"])
     found = [
         _of("surge speed", u, _plain("surge speed {} m/s")),
         _of("sway speed", v, _plain("sway speed {} m/s (starboard positive)")),
@@ -205,7 +207,7 @@ def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
 
     For example 'turning to port at 1.2 m/s, both thrusters ahead'.
     """
-    u, r = (float(np.median(scene.column(name)[rows])) for name in ("u", "r"))
+    u, r = (float(np.median(scene.table[name][rows])) for name in ("u", "r"))
     speed = f"at {number(abs(u), 2)} m/s"
     if abs(r) > _TURNING:
         way = f"turning to {'starboard' if r > 0.0 else 'port'}"
@@ -225,7 +227,7 @@ def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
 def _of(name: str, values: Array, words: Words, size_of: str = "") -> Feature:
     usable = values[np.isfinite(values)]
     low, high = np.quantile(usable, [0.005, 0.995]) if usable.size else (0.0, 1.0)
-    grain = 0.0 if name == "reversal" else _nice(max((high - low) / _PARTS, 1e-6), (1.0, 2.0, 5.0, 10.0))
+    grain = 0.0 if name == "reversal" else round_number(max((high - low) / _PARTS, 1e-6), (1.0, 2.0, 5.0, 10.0))
     return Feature(name, np.nan_to_num(values), words, grain, size_of)
 
 

@@ -160,7 +160,7 @@ def _windows(stage: Scene) -> NDArray[np.intp] | None:
 
 
 def _signals(stage: Scene) -> dict[str, Array]:
-    found = {"surge speed": stage.column("u"), "sway speed": stage.column("v"), "yaw rate": stage.column("r")}
+    found = {"surge speed": stage.table["u"], "sway speed": stage.table["v"], "yaw rate": stage.table["r"]}
     if stage.commands.shape[1]:
         found["mean command"] = stage.common
     if stage.commands.shape[1] > 1:

@@ -192,7 +192,7 @@ class Failure:
     def seconds(self, stage: Scene) -> FailingSeconds:
         """As `comparison.json` has some seconds, without what removes their error."""
         index = np.flatnonzero(self.rows)
-        begin, end = (round(float(time), 2) for time in stage.column("time")[index[[0, -1]]])
+        begin, end = (round(float(time), 2) for time in stage.table["time"][index[[0, -1]]])
         log, error = int(stage.log[index[0]]), self._error(stage, self.rows)
         return FailingSeconds(log=log, begin=begin, end=end, doing=doing(stage, self.rows), **error)
 

@@ -78,10 +78,6 @@ class Scene:
     commands: Array
     since: Array
 
-    def column(self, name: str) -> Array:
-        """A column of the table."""
-        return self.table[name]
-
     @property
     def spread(self) -> Array:
         """Standard deviation of the measured acceleration by axis, (3,)."""
@@ -111,7 +107,7 @@ class Scene:
     @property
     def opposed(self) -> NDArray[np.bool_]:
         """True when the thrust works against the motion, (n,)."""
-        speed = self.column("u")
+        speed = self.table["u"]
         return (self.common * speed < 0.0) & (np.abs(speed) > SLOW) & (np.abs(self.common) > IDLE_SHARE)
 
 
@@ -127,19 +123,10 @@ def scene(table: SeriesTable, model: str = "before") -> Scene:
     measured = table[ACCELERATIONS]
     error = acceleration_error(table, model)
     error[_ends(stretch, round(EDGE / step))] = np.nan
-    commands = scaled_commands(table)
-    return Scene(
-        table,
-        step,
-        measured,
-        error,
-        stretch,
-        _blocks(stretch, step),
-        log,
-        table["part"] == "test" if "part" in table else np.zeros(n, bool),
-        commands,
-        _since(commands, breaks, step),
-    )
+    held_out = table["part"] == "test" if "part" in table else np.zeros(n, bool)
+    commands, blocks = scaled_commands(table), _blocks(stretch, step)
+    since = _since(commands, breaks, step)
+    return Scene(table, step, measured, error, stretch, blocks, log, held_out, commands, since)
 
 
 def acceleration_error(series: SeriesTable, model: str = "before") -> Array:
@@ -320,7 +307,7 @@ def static_columns(stage: Scene, *, sway: bool = True) -> Array:
     A constant, speeds, their products and moduli, commands and their squares with sign: everything that this explains
     is no lag, no heading dependence and no drift. `sway` is False where sway speed itself is in doubt.
     """
-    u, v, r = (np.nan_to_num(stage.column(name)) for name in ("u", "v", "r"))
+    u, v, r = (np.nan_to_num(stage.table[name]) for name in ("u", "v", "r"))
     moving = [np.ones_like(u), u, r, u * abs(u), r * abs(r), u * r, abs(u) * r]
     if sway:
         moving += [v, v * abs(v), u * v, v * r, abs(u) * v]
@@ -330,9 +317,9 @@ def static_columns(stage: Scene, *, sway: bool = True) -> Array:
 
 def earth_columns(stage: Scene) -> Array:
     """Columns that a current or a wind adds to that, (n, 8): harmonics of the heading, alone and times each speed."""
-    psi = stage.column("psi")
+    psi = stage.table["psi"]
     turned = np.column_stack([np.cos(psi), np.sin(psi)])
-    speeds = [np.nan_to_num(stage.column(name))[:, None] for name in ("u", "v", "r")]
+    speeds = [np.nan_to_num(stage.table[name])[:, None] for name in ("u", "v", "r")]
     return np.column_stack([turned, *(speed * turned for speed in speeds)])
 
 

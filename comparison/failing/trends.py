@@ -88,7 +88,7 @@ def against_heading(stage: Scene) -> dict[str, Heading]:
     -------
     By axis.
     """
-    psi = stage.column("psi")
+    psi = stage.table["psi"]
     near = sector(psi)
     sailed = np.bincount(near, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
     harmonic = np.column_stack([np.cos(psi), np.sin(psi)])
@@ -162,7 +162,7 @@ def _follows_speed(stage: Scene, psi: Array) -> bool:
     A compass that errs makes sway speed out of surge speed, so that sway speed would explain its own error.
     """
     beside = static_columns(stage, sway=False)
-    u = np.nan_to_num(stage.column("u"))
+    u = np.nan_to_num(stage.table["u"])
     columns = np.column_stack([u * np.cos(psi), u * np.sin(psi)])
     still = np.column_stack([np.cos(psi), np.sin(psi)])
     fit = fit_with_nuisances(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
@@ -276,7 +276,7 @@ def _drift_of(mean: Fitted, grown: Fitted, span: float, unit: str, sizes: tuple[
 
 def _minutes(stage: Scene) -> tuple[Array, float]:
     """Time since the beginning of each log, and the longest log [min]."""
-    time = stage.column("time") / 60.0
+    time = stage.table["time"] / 60.0
     since = time.copy()
     for log in np.unique(stage.log):
         since[stage.log == log] -= time[stage.log == log].min()

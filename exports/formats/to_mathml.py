@@ -28,9 +28,9 @@ def number(value: float) -> Html:
 def term(one: BalanceTerm, first: bool) -> Html:
     """A summand with its sign."""
     sign = MINUS if one.coefficient < 0.0 else "" if first else "+"
-    signed = [element("mo", sign, attributes={"form": "prefix" if first else "infix"})] if sign else []
+    signed = [element("mo", sign, form="prefix" if first else "infix")] if sign else []
     size = [] if abs(one.coefficient) == 1.0 and one.factors else [number(one.coefficient)]
-    gap = [element("mspace", attributes={"width": "0.17em"})] if size and one.factors else []
+    gap = [element("mspace", width="0.17em")] if size and one.factors else []
     return element("mrow", *signed, *size, *gap, product(one.factors))
 
 
@@ -44,9 +44,7 @@ def equation(line: Balance) -> Html:
     for k, each in enumerate(lines):
         begin, end = ((left, element("mo", "=")), (unit,)) if k == 0 else (("", ""), ("",))
         rows.append(element("mtr", *(element("mtd", part) for part in (*begin, each, *end))))
-    return element(
-        "math", element("mtable", *rows), attributes={"display": "block", **_NAMESPACE, "alttext": line.axis}
-    )
+    return element("math", element("mtable", *rows), display="block", **_NAMESPACE, alttext=line.axis)
 
 
 _NAMESPACE = {"xmlns": "http://www.w3.org/1998/Math/MathML"}
@@ -54,7 +52,7 @@ _NAMESPACE = {"xmlns": "http://www.w3.org/1998/Math/MathML"}
 
 
 def _inline(name: str) -> Html:
-    return element("math", symbol(name), attributes=_NAMESPACE)
+    return element("math", symbol(name), **_NAMESPACE)
 
 
 def _row(one: known_facts.KnownNumber) -> tuple[str, str, str, str]:

@@ -1,35 +1,15 @@
 """Markup of the page: its boxes, and its colours on light paper and on a dark screen (Okabe-Ito palette)."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache
 from importlib import resources
 from typing import TypeVar
 
-from ...exports import elements
 from ...exports.elements import NOTHING as NOTHING
-from ...exports.elements import Html, render
+from ...exports.elements import Html, element, render
 from ...exports.elements import escaped as escaped
 from ...exports.elements import table as table
 
 T = TypeVar("T")
-
-
-def element(tag: str, *parts: str, cls: str = "", **attributes: str) -> Html:
-    """One element: "p.facts" is a paragraph of a class of style.
-
-    Parameters
-    ----------
-    cls : its classes, where they are no part of `tag`
-    attributes : by name, with an underscore for a hyphen
-
-    Examples
-    --------
-    >>> element("p.facts", "a < b", aria_label="note")
-    '<p class="facts" aria-label="note">a &lt; b</p>'
-    """
-    name, _, own = tag.partition(".")
-    named = {key.replace("_", "-"): value for key, value in attributes.items()}
-    return elements.element(name, *parts, cls=cls or own, attributes=named)
 
 
 def card(*parts: str) -> Html:
@@ -106,7 +86,6 @@ DARK = """
 """
 
 
-@cache
 def style_sheet() -> str:
     """The style sheet of a page, with the colours of both papers in their places.
 

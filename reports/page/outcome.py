@@ -186,11 +186,6 @@ def also_likely(findings: Findings) -> str:
     return f"Probably also {listing(names)}." if names else ""
 
 
-def with_likely(findings: Findings, comparison: Comparison) -> str:
-    """What probably is missing, too, and what adding all of it did to the error."""
-    return f"{also_likely(findings)} {outcome(findings, comparison)}".strip()
-
-
 def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     """What a model cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
 
@@ -271,7 +266,8 @@ def opening_parts(findings: Findings, comparison: Comparison, nominal: Vehicle |
     elif worse:
         parts = [done, grown, *begins, Line("likely", also_likely(findings)), why, again, trust]
     else:
-        parts = [*begins, why, Line("done", with_likely(findings, comparison)), grown, again, trust]
+        with_likely = Line("done", f"{also_likely(findings)} {done.text}".strip())
+        parts = [*begins, why, with_likely, grown, again, trust]
     return [line for line in parts if line.text]
 
 

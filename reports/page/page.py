@@ -9,20 +9,8 @@ from ...measurements.statistics.processors import parallel_map
 from ...physics.files import at_end
 from ...physics.presentation import counted, lasting, listing, unit_text, words
 from ...physics.registry_members import objects_in
-from ..hull_diary import (
-    BoatRecord,
-    DiaryFacts,
-    boat_sentences,
-    causes_words,
-    caution,
-    change_sentence,
-    differs_sentence,
-    in_telling_order,
-    odd_sentence,
-    plain,
-    unchanged_sentence,
-    verdict,
-)
+from .. import hull_diary
+from ..hull_diary import BoatRecord, DiaryFacts
 from ..run_contents import ComparisonFolder, RunFolder
 from ..sureness import named, sure_caption, with_odds
 from ..wording import interval, judged_rows, typeset, within
@@ -275,7 +263,7 @@ COURSE = (
 
 def diary_page(diary: DiaryFacts) -> str:
     """The HTML text of the page."""
-    boats = in_telling_order(diary.boats)
+    boats = hull_diary.in_telling_order(diary.boats)
     sections = [
         *_diary_verdicts(diary, boats, linked=True),
         element("h2", BOATS),
@@ -291,7 +279,7 @@ def diary_page(diary: DiaryFacts) -> str:
 
 def glance(diary: DiaryFacts) -> Html:
     """What stands on top of the page, for another page that does not go on with every boat."""
-    boats = in_telling_order(diary.boats)
+    boats = hull_diary.in_telling_order(diary.boats)
     drawing = element("div.scroll", strip(diary, boats))
     days = element("section.card", element("h2", BOATS), drawing, element("p.muted", STRIP))
     return render(*_diary_verdicts(diary, boats, linked=False), days)
@@ -299,11 +287,11 @@ def glance(diary: DiaryFacts) -> Html:
 
 def _diary_verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], *, linked: bool) -> list[Html]:
     """The verdict on the fleet, then what is told of each boat; those that stayed as they were folded."""
-    told = [boat for boat in boats if boat.changes or boat.odd_days or differs_sentence(boat)]
+    told = [boat for boat in boats if boat.changes or boat.odd_days or hull_diary.differs_sentence(boat)]
     same = [_boat_line(boat, linked) for boat in boats if boat not in told]
     return [
-        element("h1", verdict(diary)),
-        element("p.lead", caution(diary)),
+        element("h1", hull_diary.verdict(diary)),
+        element("p.lead", hull_diary.caution(diary)),
         *[card(*(_boat_line(boat, linked) for boat in told))] * bool(told),
         *[folded(f"{len(same)} without a change", *same)] * bool(same),
     ]
@@ -315,10 +303,11 @@ def _boat_line(boat: BoatRecord, linked: bool) -> Html:
     parts: list[str] = [element("a", name, href=f"#{_boat_anchor(boat)}") if linked else name]
     for change in boat.changes:
         cls = "tag missing" if len(change.causes) == 1 else "tag possible"
-        parts += [" ", element("span", causes_words(change), cls=cls), " ", change_sentence(change)]
+        causes = element("span", hull_diary.causes_words(change), cls=cls)
+        parts += [" ", causes, " ", hull_diary.change_sentence(change)]
     if not boat.changes:
-        parts += [" ", unchanged_sentence(boat)]
-    return element("p", *parts, " ", odd_sentence(boat), " ", differs_sentence(boat))
+        parts += [" ", hull_diary.unchanged_sentence(boat)]
+    return element("p", *parts, " ", hull_diary.odd_sentence(boat), " ", hull_diary.differs_sentence(boat))
 
 
 def _boat_anchor(boat: BoatRecord) -> str:
@@ -332,7 +321,7 @@ def _shared_parameters(diary: DiaryFacts) -> Html:
         ends = [mean.low, mean.high]
         others = [boat.boat for boat in diary.boats for own in boat.parameters if own.name == one.name and own.differs]
         band = (typeset(spread.value, 2), interval([spread.low, spread.high]))
-        name = (plain(one.name), unit_text(one.unit), typeset(one.nominal))
+        name = (hull_diary.plain(one.name), unit_text(one.unit), typeset(one.nominal))
         rows.append((*name, within(mean.value, ends), interval(ends), *band, ", ".join(others) or "none"))
     head = ("parameter", "unit", "vehicle file", "mean of boats", "95 % interval", "boats scatter by", "95 % interval")
     return table((*head, "who differs"), rows, "llrrrrrl")
@@ -343,16 +332,16 @@ def _boat_section(boat: BoatRecord, diary: DiaryFacts) -> Html:
     drawings = [course(boat, one, fleet[one.name]) for one in boat.parameters if one.rows]
     rows = []
     for one in boat.parameters:
-        ends = [one.own.low, one.own.high]
-        rows.append((plain(one.name), unit_text(fleet[one.name].unit), within(one.own.value, ends), interval(ends)))
+        ends, name = [one.own.low, one.own.high], hull_diary.plain(one.name)
+        rows.append((name, unit_text(fleet[one.name].unit), within(one.own.value, ends), interval(ends)))
     logs = f"{counted(boat.logs, 'log')} on {counted(boat.days, 'day')}"
     facts = f"{logs}, {lasting(boat.hours)}, {boat.first} to {boat.last}."
     parts = (
-        element("p", boat_sentences(boat)),
+        element("p", hull_diary.boat_sentences(boat)),
         figure(drawings, facts, cls="three"),
         element("div.card", table(("parameter", "unit", "now, by boat and fleet", "95 % interval"), rows, "llrr")),
     )
     anchor = {"id": _boat_anchor(boat)}
-    if boat.changes or differs_sentence(boat):
+    if boat.changes or hull_diary.differs_sentence(boat):
         return element("section", element("h3", boat.boat), *parts, **anchor)
     return element("section", folded(boat.boat, *parts), **anchor)

@@ -269,12 +269,10 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table
     columns += [*word_columns("unit"), Column("N ahead", justify="right")]
     rows = []
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
-        text = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
-        if one.turned and one.read_as == one.channel:
-            text = "log; turned round"
+        done = [f"was {one.read_as}"] * (one.read_as != one.channel) + ["turned round"] * one.turned
         ends = [number(end, 4) for end in (one.output.astern, one.output.neutral, one.output.ahead)]
         full = number(float(built.curve.thrust(np.array([one.output.ahead]), built.command)[0]))
-        by = text if one.by_log else "name"
+        by = "; ".join(filter(None, ["log", ", ".join(done)])) if one.by_log else "name"
         rows.append((one.name, one.side or "?", by, *ends, unit_text(unit_of(one.channel)), full))
     return plain_table("Thrusters", "", columns, rows)
 

@@ -3,7 +3,6 @@
 import json
 from base64 import b64encode
 from collections.abc import Sequence
-from functools import cache
 from hashlib import sha256
 from importlib import resources
 from itertools import pairwise
@@ -117,14 +116,12 @@ def play(run: RunFolder) -> Section | None:
     return Section("Try it", body, "play")
 
 
-@cache
 def script() -> str:
     """The only script of the page."""
     player = (resources.files(__package__ or "").joinpath("..", "play.js")).read_text("utf-8")
     return f"{force_equation()}{player}"
 
 
-@cache
 def script_digest() -> str:
     """The script as a policy of a page allows it, by the SHA-256 of its text."""
     return f"sha256-{b64encode(sha256(script().encode()).digest()).decode()}"

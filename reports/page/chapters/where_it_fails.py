@@ -17,18 +17,7 @@ from ....residuals.series import SeriesTable
 from ...model_words import band_words, held_words
 from ...run_contents import RunFolder
 from ...wording import goodness, models_sentence, ordinal, typeset
-from ..figures.error_figures import (
-    by_heading,
-    error_map,
-    heat_steps,
-    histogram,
-    local_error,
-    regime_bars,
-    regime_table,
-    scatter,
-    scatter_stride,
-    spectra,
-)
+from ..figures import error_figures as draw
 from ..figures.model_figures import speeds, track
 from ..figures.svg import HEAT
 from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch, regime_rows
@@ -59,7 +48,7 @@ def failing(comparison: Comparison, series: pd.DataFrame, known: Sequence[Failin
     whole = "all parts of the log, because the held-out part alone is too short for a map"
     source = "held-out data" if held_out else whole
     bars = figure(
-        regime_bars(regime_table(rows, "before"), regime_table(rows, "after")),
+        draw.regime_bars(draw.regime_table(rows, "before"), draw.regime_table(rows, "after")),
         f"Root-mean-square acceleration error by regime, on {source}. A tall orange bar beside a short blue one "
         "is a regime that the missing effects explain; two tall bars are a regime that still waits for its reason. "
         "The percentage under each bin is its share of the time.",
@@ -79,13 +68,14 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> H
     """The longest log from above, before and after, on one scale of colour."""
     axis = AXES.index(places[0].axis) if places and places[0].axis in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
-    errors = [local_error(longest, model, axis) for model in ("before", "after")]
-    bounds = heat_steps(float(scene(SeriesTable.of(longest)).spread[axis]), errors)
+    errors = [draw.local_error(longest, model, axis) for model in ("before", "after")]
+    bounds = draw.heat_steps(float(scene(SeriesTable.of(longest)).spread[axis]), errors)
     titles = ["before: the nominal model", f"after: the {after} model"]
     alone = np.array_equal(*errors, equal_nan=True)
     if alone:
         errors, titles = errors[:1], ["the nominal model"]
-    drawings = [error_map(longest, error, bounds, title, axis) for error, title in zip(errors, titles, strict=True)]
+    maps = zip(errors, titles, strict=True)
+    drawings = [draw.error_map(longest, error, bounds, title, axis) for error, title in maps]
     between = [f"{low:g} to {low + bounds[0]:g}" for low in bounds[:-1]]
     texts = [f"under {bounds[0]:g}", *between, f"{bounds[-1]:g} and more"]
     unit = unit_text(ACCELERATION_UNITS[AXES[axis]])
@@ -165,13 +155,13 @@ def _structure(structure: Sequence[Structure]) -> Html:
         return Html("")
     frequency, heading = [one.frequency for one in known], [one.heading for one in known]
     fast = figure(
-        [spectra(frequency, axis) for axis in AXES],
+        [draw.spectra(frequency, axis) for axis in AXES],
         "Power of the measured acceleration and of the errors by frequency. An orange line as high as the measured one "
         "on the left is a slow force that is missing; where both errors meet on the right, it is noise.",
         cls="trio",
     )
     turned = figure(
-        [by_heading(heading, axis) for axis in AXES],
+        [draw.by_heading(heading, axis) for axis in AXES],
         "Median error by heading, with the range of its middle half. Points that rise and fall once around the compass "
         "are a current, a wind or a compass error; points on the line are none of these.",
         cls="trio",
@@ -239,17 +229,14 @@ def _pointwise(run: RunFolder) -> list[Html]:
     """The scatter and the histogram of each axis, on the held-out rows."""
     rows, held_out = held_out_rows(run.series)
     source = "held-out rows" if held_out else "rows of the log (none is held out)"
-    drawings, outside = [], 0
-    for axis in AXES:
-        drawing, beyond = scatter(rows, axis, _title(run.comparison, axis, "r2", "R²", ""))
-        drawings.append(drawing)
-        outside += beyond
-    stride = scatter_stride(rows)
+    scatters = [draw.scatter(rows, axis, _title(run.comparison, axis, "r2", "R²", "")) for axis in AXES]
+    outside = sum(beyond for _, beyond in scatters)
+    stride = draw.scatter_stride(rows)
     shown = "the" if stride == 1 else f"every {ordinal(stride)} of the"
     some = "1 prediction lies" if outside == 1 else f"{outside} predictions lie"
     left_out = f" {some} outside the frames." if outside else ""
     scattered = figure(
-        drawings,
+        [drawing for drawing, _ in scatters],
         f"Accelerations of {shown} {source}, along the measured motion: a point on the dashed line is predicted "
         "exactly, and points that leave it in a curve or a band are physics that the model has wrong. A round cloud "
         f"about zero is an axis that hardly moves beyond the noise of the sensors.{left_out}",
@@ -257,7 +244,7 @@ def _pointwise(run: RunFolder) -> list[Html]:
     )
     units = {axis: unit_text(ACCELERATION_UNITS[axis]) for axis in AXES}
     errors = figure(
-        [histogram(rows, axis, _title(run.comparison, axis, "rmse", "rms", unit)) for axis, unit in units.items()],
+        [draw.histogram(rows, axis, _title(run.comparison, axis, "rmse", "rms", unit)) for axis, unit in units.items()],
         "How often a prediction errs by how much. A narrow hill at zero is a good model, a hill beside zero is a bias, "
         "and a wide or double hill is physics that depends on the motion and is not in the model. The outermost bars "
         "also hold what lies beyond them.",

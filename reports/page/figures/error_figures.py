@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
-from ....comparison.failing.features import splits
+from ....comparison.failing.features import round_number, splits
 from ....comparison.failing.frequency import Frequency
 from ....comparison.failing.rows import Array, acceleration_error, scene, squared
 from ....comparison.failing.trends import Heading
@@ -126,10 +126,8 @@ def heat_steps(usual: float, errors: Sequence[Array]) -> Array:
     known = np.concatenate(errors)
     known = known[np.isfinite(known)]
     top = float(np.quantile(known, 0.98)) if known.size else 0.0
-    raw = max(usual, top, 1e-9) / 5.0
-    power = float(10.0 ** np.floor(np.log10(raw)))
-    nice = next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * 0.999)
-    return np.asarray(nice * power * np.arange(1, 6), dtype=float)
+    step = round_number(0.999 * max(usual, top, 1e-9) / 5.0, (1.0, 2.0, 2.5, 5.0, 10.0))
+    return step * np.arange(1, 6, dtype=np.float64)
 
 
 def local_error(series: pd.DataFrame, model: str, axis: int) -> Array:
@@ -311,9 +309,8 @@ def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
     before, after : DataFrame
         Tables of `regime_table`; every drawing has the same scale per axis, so they can be compared.
     """
-    tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
-    for axis, rows in after.groupby("axis"):
-        tops[axis] = max(tops[axis], 1.08 * rows["rmse"].max())
+    largest = pd.concat([before, after]).groupby("axis")["rmse"].max()
+    tops = (1.08 * largest.clip(lower=1e-12)).to_dict()
     quantities = pd.unique(before["by"])
     return [_regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops) for by in quantities]
 

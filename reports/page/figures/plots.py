@@ -31,7 +31,7 @@ from ..chapters.play import STATES, Knob, knobs_of
 from ..judged_pieces import JudgedPieces, Piece, liveliest_stretch, rollouts
 from ..markup import LIGHT, NOTHING, Html, element
 from ..outcome import Hero, hero
-from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
+from .effect_figures import SIGNALS, MissingForce, convincing, force_drawing, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
 from .svg import Look, saved
 
@@ -333,8 +333,6 @@ def of_findings(findings: Findings) -> dict[str, str]:
 
 def of_run(findings: Findings, series: "pd.DataFrame", nominal: Vehicle) -> dict[str, str]:
     """The same, and the force that the model lacks, where what was added explains it, as the page has it."""
-    from .effect_figures import convincing, force_drawing
-
     best = [force_drawing(one) for one in convincing(findings, series, nominal)[:1]]
     paper = {"style": f"{' '.join(LIGHT.split())} --font: sans-serif; background: var(--card); width: 320px"}
     return of_findings(findings) | ({"force": element("div", *best, **paper)} if best else {})

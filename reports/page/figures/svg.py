@@ -40,6 +40,9 @@ ROLES = {
     **{f"heat{step}": f"#0{step}0{step}1{step}" for step in range(1, 7)},
 }
 HEAT = tuple(f"heat{step}" for step in range(1, 7))
+_MUTED = ROLES["muted"]
+_TICKS = {"color": _MUTED, "labelcolor": _MUTED, "labelsize": 11.0, "major.size": 3.5, "major.width": 0.8}
+"""The look of ticks and of the numbers beside them, of both axes."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -47,7 +50,7 @@ STYLE: dict[Any, Any] = {
     "font.size": 12.0,
     "text.color": ROLES["ink"],
     "axes.edgecolor": ROLES["grid"],
-    "axes.labelcolor": ROLES["muted"],
+    "axes.labelcolor": _MUTED,
     "axes.facecolor": "none",
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
@@ -60,16 +63,7 @@ STYLE: dict[Any, Any] = {
     "axes.unicode_minus": True,
     "grid.color": ROLES["grid"],
     "grid.linewidth": 0.6,
-    "xtick.color": ROLES["muted"],
-    "ytick.color": ROLES["muted"],
-    "xtick.labelcolor": ROLES["muted"],
-    "ytick.labelcolor": ROLES["muted"],
-    "xtick.labelsize": 11.0,
-    "ytick.labelsize": 11.0,
-    "xtick.major.size": 3.5,
-    "ytick.major.size": 3.5,
-    "xtick.major.width": 0.8,
-    "ytick.major.width": 0.8,
+    **{f"{axis}tick.{name}": value for axis in "xy" for name, value in _TICKS.items()},
     "lines.solid_capstyle": "round",
 }
 """The look of all figures: text in pixels of the page, a little smaller than its own; thin lines for the grid."""
