@@ -221,7 +221,8 @@ class _Stairs:
         stairs = [fit for fit in session.shown.stairs if fit.error.get("position") is not None]
         first = stairs[0].error["position"] if stairs else 1.0
         while len(self._rows) > len(stairs):
-            self._rows.pop().delete()
+            for part in self._rows.pop():
+                part.delete()
         for k, fit in enumerate(stairs):
             if k == len(self._rows):
                 self._rows.append(self._row(first_one=k == 0))
@@ -237,18 +238,13 @@ class _Stairs:
             track = ui.element("div").classes("track")
             with track:
                 fill = ui.element("div").classes("fill first" if first_one else "fill").style("width: 100%")
-            return _Stair(name, track, fill, line("", "num", tag="span"))
+            return _Stair(name, fill, track, line("", "num", tag="span"))
 
 
 class _Stair(NamedTuple):
-    """One step: its name, the bar with what fills it, and the number."""
+    """One step: its name, what fills the bar, the bar, and the number."""
 
     name: TextElement
-    track: ui.element
     fill: ui.element
+    track: ui.element
     number: TextElement
-
-    def delete(self) -> None:
-        """Take it from the page."""
-        for element in (self.name, self.track, self.number):
-            element.delete()
