@@ -278,8 +278,8 @@ class Shown:
     # -- what the worker is asked --------------------------------------------------------------------------------------
 
     async def _turn_to(self, source: Source) -> Opened | None:
-        given = source, str(self._folder), self.searches.get(source)
-        return await self._errands.ask("reading the log", "turn_to", *given)
+        searched = self.searches.get(source)
+        return await self._errands.ask("reading the log", "turn_to", source, str(self._folder), searched)
 
     async def _fit(self, stand: ModelChoice, opened: Opened, *, on_other: bool = False) -> Fit | None:
         plain = stand == ModelChoice(left=stand.left)
