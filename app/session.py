@@ -202,19 +202,16 @@ class Session:
         """Go on with another reading of what is open, such as other numbers of the vehicle: a step."""
         await self._go(lambda history: history.then(Step(source)))
 
-    async def try_on(self, source: Source, tried: Callable[[], None] | None = None) -> None:
+    async def try_on(self, source: Source) -> None:
         """Show the present model on another log, to which nothing is fitted; where it is refused, all stays.
 
         Parameters
         ----------
         source : the log, its axes and its map; the vehicle is that which is open
-        tried : called when the log is shown, or was refused
         """
         async with self._my_turn():
             self.errands.trouble = ""
             await self.shown.try_on(source)
-        if tried is not None:
-            tried()
 
     async def put_away(self) -> None:
         """Go on without the other log."""

@@ -48,7 +48,6 @@ class MotionView:
         self._session = session
         self._opened: object = None
         self._fit: object = None
-        self._sorted: dict[str, Sorted] = {}
         self._choices: dict[str, ui.toggle] = {}
         self._view: object = None
         self._marked: object = None
@@ -145,7 +144,7 @@ class MotionView:
 
     def _measured(self, opened: Opened, speeds: dict[str, np.ndarray], forces: dict[str, np.ndarray]) -> None:
         """Draw another log, with what the model makes of its speeds and leaves of its forces."""
-        table, first, self._sorted = opened.table, opened.nominal, {}
+        table, first = opened.table, opened.nominal
         measured = {name: table[name] for name in _STATES} | _drawn(opened, first, "before", _STATES)
         self._speeds.show(table["time"], measured | speeds)
         self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | forces)
@@ -172,11 +171,7 @@ class MotionView:
         opened, fit, view = self._session.shown.opened, self._session.shown.fit, self._of_view
         if opened is None or fit is None or opened is not self._opened:
             return
-        if view.over not in self._sorted:
-            table = opened.table
-            up = table["r"] if view.over == "turn" else common_command(table, opened.commands)
-            self._sorted[view.over] = sort_rows(table["u"], up)
-        found = self._sorted[view.over]
+        found = self._cells(opened)
         before, _ = found.error(opened.nominal.columns[view.axis])
         error, count = found.error(fit.columns[view.axis])
         top = float(np.nanquantile(before, 0.98)) if np.isfinite(before).any() else 1.0
@@ -185,10 +180,16 @@ class MotionView:
         seconds = count * float(np.nanmedian(np.diff(opened.table["time"])))
         self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
 
+    def _cells(self, opened: Opened) -> Sorted:
+        """The rows of a log in the cells of the map."""
+        table = opened.table
+        up = table["r"] if self._of_view.over == "turn" else common_command(table, opened.commands)
+        return sort_rows(table["u"], up)
+
     def _picked(self, cells: list[tuple[int, int]]) -> None:
         opened = self._session.shown.opened
         if opened is not None:
-            self._of_cells = self._sorted[self._of_view.over].stretches(opened.table["time"], cells)
+            self._of_cells = self._cells(opened).stretches(opened.table["time"], cells)
             self._session.shown.select(self._of_cells)
 
 
