@@ -112,8 +112,6 @@ def _telling(url: str) -> Iterator[None]:
     _obstore()
     try:
         yield
-    except (LogError, RequestError):
-        raise
     except Exception as error:  # obstore has a dozen kinds, of the network, the store and the address
         told = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise LogError(
