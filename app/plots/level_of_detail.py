@@ -66,7 +66,7 @@ def thinned(
         return time[first:last], {name: column[first:last] for name, column in columns.items()}
     starts = _starts(time, first, last, (begin, end, width))
     ends = np.append(starts[1:], last)
-    thin = {name: _in_order(column, (starts, ends), (column[:last],) * 2, starts) for name, column in columns.items()}
+    thin = {name: _in_order(c, (starts, ends), (c[:last], c[:last]), starts) for name, c in columns.items()}
     torn: dict[str, Rows] = {}
     if last - first <= TORN * width:
         for name, column in columns.items():
@@ -227,8 +227,7 @@ def within(path: Path, box: tuple[float, float, float, float]) -> Path:
     rows = np.flatnonzero(kept)
     breaks = np.flatnonzero(np.diff(rows) > 1) + 1
     found = path.rows(rows)
-    gap = np.nan
-    return Path(*(np.insert(part, breaks, gap) for part in (found.time, found.north, found.east)))
+    return Path(*(np.insert(part, breaks, np.nan) for part in (found.time, found.north, found.east)))
 
 
 def nearest(path: Path, north: float, east: float) -> int | None:
@@ -260,8 +259,7 @@ def rounded(values: Array) -> Array:
     >>> rounded(np.array([1234.5678, 0.123456, np.nan]))
     array([1.2346e+03, 1.0000e-01,        nan])
     """
-    known = np.abs(values[np.isfinite(values)])
-    most = float(known.max()) if known.size else 0.0
+    most = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
     if most == 0.0:
         return np.asarray(values, dtype=np.float64)
     return np.round(values, DIGITS - 1 - math.floor(math.log10(most)))

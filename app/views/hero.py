@@ -110,8 +110,7 @@ def hero(session: Session) -> None:
     def refresh() -> None:
         opened, fit = session.shown.opened, session.shown.fit
         text = session.names.with_user_names(headline(session.shown))
-        long = len(text) > _LONG
-        title.classes(add="long" if long else None, remove=None if long else "long")
+        title.classes(replace="long" if len(text) > _LONG else "")
         title.set_text(text)
         host.set_visibility(opened is not None or session.errands.work is not None)
         _show_count(session, count)
