@@ -252,9 +252,8 @@ def _built(
             skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=same))
     there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
     waiting = [log for log in there if log.log not in now]
-    index = fleet_folder.index_of(
-        [*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting]
-    )
+    unread = [log for log in others if log.sha256 not in digests]
+    index = fleet_folder.index_of([*once.values(), *unread], [*skipped, *waiting])
     given = [log.factors for log in once.values() if log.log in now]
     read = sum(key in made for key in given)  # of equal bytes one is read, or both at a time
     return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))

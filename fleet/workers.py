@@ -68,7 +68,7 @@ def mapped(function: Callable[[T], R], tasks: Sequence[T], engine: Engine) -> It
     if not tasks:
         return
     if engine.scheduler is None and engine.workers == 1:
-        yield from ((number, function(task)) for number, task in enumerate(tasks))
+        yield from enumerate(map(function, tasks))
         return
     waiting, suspects = deque(range(len(tasks))), deque[int]()
     deaths: Counter[int] = Counter()

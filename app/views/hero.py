@@ -191,8 +191,7 @@ def _show_work(session: Session, place: ui.element) -> None:
         return
     behind, now = work.behind, monotonic()
     with place:
-        known = "" if behind is None else " known"
-        with ui.element("div").classes("meter" if known else "meter unknown"):
+        with ui.element("div").classes("meter unknown" if behind is None else "meter"):
             ui.element("i").style(f"width: {100.0 * behind:.0f}%" if behind is not None else "")
         waits = "; what you asked for waits for it" if session.waiting else ""
         line(f"{work.name} ({_so_far(work, now)}){waits}", tag="span")

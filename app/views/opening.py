@@ -130,9 +130,7 @@ class LogFiles:
             self._upload.props('flat aria-label="Upload logs" no-thumbnails')
         self._dropped = ui.element("div").classes("stack")
         self._told = line("", "small").props('role="status"')
-        self._path = ui.input(label=path_label) if paths else None
-        if self._path is not None:
-            self._path.props("outlined dense")
+        self._path = ui.input(label=path_label).props("outlined dense") if paths else None
         self._frame = ui.select({"": "axes as the log says", "enu": "ENU / FLU", "ned": "NED / FRD"}, value="")
         self._frame.props('outlined dense label="axes"')
         self._as_is = ui.checkbox("take a broken log as it is (every result then carries a warning)")
