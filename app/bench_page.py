@@ -49,12 +49,11 @@ class Page:
 
     def _refresh(self) -> None:
         session = self._session
-        opened, source = session.shown.opened, session.shown.source
-        diary = session.shown.diary
+        opened, diary = session.shown.opened, session.shown.diary
         kind = "diary" if diary is not None else "bench" if opened is not None else "opening"
         what = "" if opened is None else session.names.with_user_names(f"{opened.log} with {opened.vehicle}")
         self._what.set_text(what if diary is None else f"the fleet {diary.fleet}")
-        source = diary or source
+        source = diary or session.shown.source
         if source != self._source:
             self._source = source
             ui.run_javascript("window.scrollTo({top: 0})")
@@ -98,7 +97,19 @@ class Page:
         with self._tools:
             button("Leave", lambda: self._session.shown.turn_to_fleet(None), label="Leave the fleet")
             button("Open another", self._another, label="Open a log, or another fleet")
-        diary_view(self._session, self._tools)
+            button("Take away", self._take_diary, lead=True, label="Take the page of the diary away")
+        host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
+
+        def draw(diary: HullDiary | None) -> None:
+            if diary is not None:
+                ui.html(diary.glance, sanitize=False)  # our own page, in which every name is escaped
+
+        redrawn(self._session, host, lambda: self._session.shown.diary, draw)
+
+    def _take_diary(self) -> None:
+        if self._session.shown.diary is not None:
+            page = Path(self._session.shown.diary.page)
+            ui.download.content(page.read_bytes(), page.name)
 
     def _another(self) -> None:
         with ui.dialog() as dialog, ui.element("div").style("max-width: min(96vw, 1000px)"):
@@ -121,22 +132,3 @@ def _css() -> str:
     """The style sheet: the report page's colour roles, and the layout."""
     layout = (resources.files(__package__ or "undertow.app") / "workbench.css").read_text("utf-8")
     return f":root {{ {LIGHT} }} body.body--dark {{ {DARK} }} {layout}"
-
-
-def diary_view(session: Session, tools: ui.element) -> None:
-    """The top of the diary's page, with a button in the bar for all of it."""
-    with tools:
-        button("Take away", lambda: _take(session), lead=True, label="Take the page of the diary away")
-    host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
-
-    def draw(diary: HullDiary | None) -> None:
-        if diary is not None:
-            ui.html(diary.glance, sanitize=False)  # our own page, in which every name is escaped
-
-    redrawn(session, host, lambda: session.shown.diary, draw)
-
-
-def _take(session: Session) -> None:
-    if session.shown.diary is not None:
-        page = Path(session.shown.diary.page)
-        ui.download.content(page.read_bytes(), page.name)

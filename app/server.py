@@ -262,17 +262,15 @@ def _application(first: Source | None, begun: Session | None, hosts: list[str], 
             if fresh is not None:
                 fresh.close()
             return
-        if fresh is not None and tab not in sessions:
-            sessions[tab] = fresh
-        elif tab not in sessions:
-            sessions[tab] = made()
+        if tab not in sessions:
+            sessions[tab] = fresh or made()
         else:
             Page(sessions[tab], vehicles, first, paths=paths)
         session = sessions[tab]
 
         def left() -> None:
             """End the session when no page of its tab is open any more."""
-            others = [one for one in Client.instances.values() if one is not client and one.tab_id == tab]
+            others = any(one is not client and one.tab_id == tab for one in Client.instances.values())
             if not others and sessions.pop(tab, None) is session:
                 session.close()
                 # A page is a cycle of objects, with the arrays that it shows.

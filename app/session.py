@@ -149,10 +149,9 @@ class Session:
         for source in dict.fromkeys(step.source for step in steps):
             found = relocated(source, places)
             if found.original is not None:
-                fixed = await self.errands.ask("repairing the log", "repair", found.original, str(self.folder))
+                fixed = await self._repaired(found.original)
                 if fixed is None:
                     return None
-                self.names.call(Path(fixed), "repaired.csv")
                 found = replace(found, logs=(fixed,))
             sources[source] = found
         return History(tuple(replace(step, source=sources[step.source]) for step in steps), at)
@@ -180,12 +179,18 @@ class Session:
         if source is None:
             return
         async with self._my_turn():
-            fixed = await self.errands.ask("repairing the log", "repair", source, str(self.folder))
+            fixed = await self._repaired(source)
         if fixed is not None:
-            self.names.call(Path(fixed), "repaired.csv")
             repaired = replace(source, logs=(fixed,), channel_map="", frame="", as_is=False, original=source)
             begun = None if source == self.shown.source else History((Step(source),))
             await self._go(lambda history: history.then(Step(repaired)), begun)
+
+    async def _repaired(self, source: Source) -> str | None:
+        """The path of a log with the repairs that are safe; None where there are none."""
+        fixed = await self.errands.ask("repairing the log", "repair", source, str(self.folder))
+        if fixed is not None:
+            self.names.call(Path(fixed), "repaired.csv")
+        return fixed
 
     async def unrepair(self) -> None:
         """Go back to the log as it was before it was repaired."""
@@ -197,19 +202,16 @@ class Session:
         """Go on with another reading of what is open, such as other numbers of the vehicle: a step."""
         await self._go(lambda history: history.then(Step(source)))
 
-    async def try_on(self, source: Source, tried: Callable[[], None] | None = None) -> None:
+    async def try_on(self, source: Source) -> None:
         """Show the present model on another log, to which nothing is fitted; where it is refused, all stays.
 
         Parameters
         ----------
         source : the log, its axes and its map; the vehicle is that which is open
-        tried : called when the log is shown, or was refused
         """
         async with self._my_turn():
             self.errands.trouble = ""
             await self.shown.try_on(source)
-        if tried is not None:
-            tried()
 
     async def put_away(self) -> None:
         """Go on without the other log."""

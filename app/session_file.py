@@ -174,7 +174,7 @@ def saved_session(shown: Shown, vehicle: str, names: FileNames, folder: Path) ->
         steps=steps,
         at=shown.history.at,
         vehicle=vehicle,
-        stairs=tuple(_saved_fit(fit) for fit in (() if fitted is None else fitted.stairs)),
+        stairs=tuple(_saved_fit(fit) for fit in shown.of_fitted),
         answer=answer,
         other=other,
         on_other=shown.on_other,

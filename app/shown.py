@@ -152,21 +152,23 @@ class Shown:
         searched : the facts of the search, of which the rest is made; see `Workbench.recall`
         """
         self.open(history.now.source, opened)
-        if searched is not None:
-            found = await self._errands.ask("reading what was found", "recall", searched)
-            if found is None:
-                return False
-            self.searches[history.now.source] = found
-            self._stale = found.hidden is not None
-        return await self.show(history)
+        if searched is None:
+            return await self.show(history)
+        found = await self._errands.ask("reading what was found", "recall", searched)
+        return await self._show_found(found, history)
 
     async def search(self) -> None:
         """Search for what is missing in what is open, and show it."""
         found = await self._errands.ask("looking for what is missing", "search")
-        if found is not None and self.history is not None:
-            self.searches[self.history.now.source] = found
-            self._stale = found.hidden is not None
-            await self.show(self.history)
+        await self._show_found(found, self.history)
+
+    async def _show_found(self, found: Searched | None, history: History | None) -> bool:
+        """Show a step of a history with what was found, where something was; whether that could be."""
+        if found is None or history is None:
+            return False
+        self.searches[history.now.source] = found
+        self._stale = found.hidden is not None
+        return await self.show(history)
 
     async def show(self, history: History, *, anew: bool = False) -> bool:
         """Read and fit what the present step of a history asks for, and show it; whether that could be done.
@@ -278,8 +280,8 @@ class Shown:
     # -- what the worker is asked --------------------------------------------------------------------------------------
 
     async def _turn_to(self, source: Source) -> Opened | None:
-        given = source, str(self._folder), self.searches.get(source)
-        return await self._errands.ask("reading the log", "turn_to", *given)
+        searched = self.searches.get(source)
+        return await self._errands.ask("reading the log", "turn_to", source, str(self._folder), searched)
 
     async def _fit(self, stand: ModelChoice, opened: Opened, *, on_other: bool = False) -> Fit | None:
         plain = stand == ModelChoice(left=stand.left)

@@ -65,15 +65,12 @@ class FileNames:
         """Every name in its place, in one go: a user's name may look like one under which another file is kept."""
         if not self._names:
             return text
-        own = {end: name for kept, name in self._names.items() for end, name in ((kept, name), _stems(kept, name))}
+        own = dict(self._names)
+        for kept, name in self._names.items():  # without their ends, as a vehicle is called that is made of a log
+            own[kept.partition(".")[0]] = name.partition(".")[0]
         kept = "|".join(re.escape(one) for one in sorted(own, key=len, reverse=True))
         pattern = re.compile(rf"(?:{re.escape(str(self._folder))}/)?(?<![\w.-])({kept})(?![\w-])")
         return pattern.sub(lambda found: spelt(own[found[1]]), text)
-
-
-def _stems(kept: str, name: str) -> tuple[str, str]:
-    """Both names without their ends, as a vehicle is called that is made of a log."""
-    return kept.partition(".")[0], name.partition(".")[0]
 
 
 def _plain(name: str) -> str:
@@ -184,15 +181,11 @@ class History:
         kept = (*self.steps[: self.at + 1], step)[-_KEPT:]
         return History(kept, len(kept) - 1)
 
-    def instead(self, step: Step) -> "History":
-        """Another step in the place of the last one."""
-        return History((*self.steps[:-1], step), self.at)
-
     def moving(self, values: Mapping[str, float]) -> "History":
         """Some numbers set by hand: a step, or another last one where the same were moved already."""
         step = self.now.moving(values)
         along = values.keys() <= dict(self.now.stand.moved).keys() and not self.can_redo
-        return self.instead(step) if along else self.then(step)
+        return replace(self, steps=(*self.steps[:-1], step)) if along else self.then(step)
 
     def back(self) -> "History":
         """One step back, or the same at the first."""
@@ -266,19 +259,14 @@ def _put_right(source: Source) -> list[str]:
 def _discovering(source: Source, run: str) -> list[list[str]]:
     """From logs to a run."""
     logs, reading = _names(source.logs), _reading(source)
-    as_is = ["--as-is"] * source.as_is
     if source.vehicle:
         vehicle = ["--vehicle", Path(source.vehicle).name]
-        return [["undertow", "discover", *logs, *vehicle, *reading, *as_is, "--out", run]]
+        return [["undertow", "discover", *logs, *vehicle, *reading, *["--as-is"] * source.as_is, "--out", run]]
     hull = [word for name, value in source.hull for word in (f"--{name}", f"{value:g}")]
     like = ["--like", source.like] if source.like else []
     files = ["--out", "vehicle.yaml", "--channels", "channels.yaml"]
-    frame = ["--frame", source.frame] if source.frame else []
-    made = ["--vehicle", "vehicle.yaml", "--map", "channels.yaml"]
-    return [
-        ["undertow", "init", *logs, *hull, *like, *reading, *files],
-        ["undertow", "discover", *logs, *made, *frame, *as_is, "--out", run],
-    ]
+    made = replace(source, vehicle="vehicle.yaml", channel_map="channels.yaml")
+    return [["undertow", "init", *logs, *hull, *like, *reading, *files], *_discovering(made, run)]
 
 
 def _names(logs: Sequence[str]) -> list[str]:

@@ -198,9 +198,7 @@ def build_fleet(
     (folder / fleet_folder.FACTORS).mkdir(parents=True, exist_ok=True)
     with hold_folder(folder, "writes"):
         earlier = fleet_folder.existing_index(folder)
-        fleet_folder.write_index(
-            folder, earlier
-        )  # so that an interrupted call leaves a fleet, which another goes on with
+        fleet_folder.write_index(folder, earlier)  # an interrupted call leaves a fleet, which another goes on with
         at = str(folder.resolve())
         tasks = [LogTask(s, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
         built = _built(folder, earlier, tasks, engine or Engine(), progress)
@@ -226,11 +224,13 @@ def _built(
             found[log.log] = log.but(boat=task.source.boat, notes=task.source.notes)
         else:
             left.append(task)
-    before = {path.stem for path in (folder / fleet_folder.FACTORS).glob("*.npz")}
     made: set[str] = set()
     pace = Pace(progress, "logs")
     for done, (at, answer) in enumerate(mapped(factors_of, left, engine), start=1):
-        row, content = (_skipped(left[at].source, _lost(answer)), None) if isinstance(answer, WorkerLost) else answer
+        if isinstance(answer, WorkerLost):
+            lost = f"{answer}; it may need more memory than a worker has: give fewer workers, or read it alone"
+            answer = _skipped(left[at].source, lost), None
+        row, content = answer
         if isinstance(row, SkippedLog):
             skipped.append(row.but(problem=f"{row.problem}{_STAYS}") if row.log in known else row)
         else:
@@ -252,16 +252,11 @@ def _built(
             skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=same))
     there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
     waiting = [log for log in there if log.log not in now]
-    index = fleet_folder.index_of(
-        [*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting]
-    )
+    unread = [log for log in others if log.sha256 not in digests]
+    index = fleet_folder.index_of([*once.values(), *unread], [*skipped, *waiting])
     given = [log.factors for log in once.values() if log.log in now]
-    read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time
+    read = sum(key in made for key in given)  # of equal bytes one is read, or both at a time
     return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))
-
-
-def _lost(answer: WorkerLost) -> str:
-    return f"{answer}; it may need more memory than a worker has: give fewer workers, or read it alone"
 
 
 def _unchanged(folder: Path, log: FleetLog, task: LogTask) -> bool:

@@ -70,20 +70,18 @@ def rays(parameters: Sequence[str]) -> tuple[Ray, ...]:
     """All directions that are watched, for the parameters that are followed."""
     ahead, aside, thrust, mass = (_marked(parameters, part) for part in _PARTS)
     drag = [ahead + share * aside for share in ASIDE] if aside.any() else [ahead]
+    alone = np.eye(len(parameters))
     found: list[tuple[Cause, Array, bool]] = []
     if ahead.any():
         found += [(Cause.FOULING, d, True) for d in drag]
         found += [(Cause.CLEANING, -d, False) for d in drag]
-    each = [np.eye(len(parameters))[k] for k in np.flatnonzero(thrust)]
-    found += [(Cause.PROPELLER, -one, False) for one in each]
+    found += [(Cause.PROPELLER, -one, False) for one in alone[thrust > 0.0]]
     if mass.any():
         loads = [mass + share * (ahead + 0.4 * aside) for share in ((0.0, 0.5) if ahead.any() else (0.0,))]
         found += [(Cause.PAYLOAD, sign * load, False) for load in loads for sign in (1.0, -1.0)]
-    if len(each) > 1:
+    if thrust.sum() > 1:
         found += [(Cause.BATTERY, sign * thrust, False) for sign in (1.0, -1.0)]
-    for k in range(len(parameters)):
-        for sign in (1.0, -1.0):
-            found += [(Cause.UNNAMED, sign * np.eye(len(parameters))[k], slope) for slope in (False, True)]
+    found += [(Cause.UNNAMED, s * one, slope) for one in alone for s in (1.0, -1.0) for slope in (False, True)]
     if ahead.any():
         found += [(Cause.UNNAMED, d, False) for d in drag]
     causes = [cause for cause, _, _ in found]
@@ -102,22 +100,24 @@ def stories(parameters: Sequence[str]) -> tuple[Story, ...]:
     hull = np.outer(ahead, ahead) + 0.25 * np.outer(aside, aside) + 0.5 * (both + both.T)
     hull = hull + np.diag(0.25 * ahead + 0.25 * aside)
     loose = LOOSE**2 * np.eye(size)
+
+    def at_once(cause: Cause, shape: Array, main: Array, *, either: bool = False, thruster: str = "") -> Story:
+        return Story(cause, STEP**2 * (shape + loose), main, either, False, thruster)
+
     found = []
     if ahead.any():
         found.append(Story(Cause.FOULING, SLOPE**2 * (hull + loose), ahead / ahead.sum(), False, True))
-        found.append(Story(Cause.CLEANING, STEP**2 * (hull + loose), -ahead / ahead.sum(), False, False))
-        found.append(Story(Cause.UNNAMED, STEP**2 * (hull + loose), ahead / ahead.sum(), False, False))
+        found.append(at_once(Cause.CLEANING, hull, -ahead / ahead.sum()))
+        found.append(at_once(Cause.UNNAMED, hull, ahead / ahead.sum()))
     for k in np.flatnonzero(thrust):
         one = np.eye(size)[k]
-        law = STEP**2 * (np.outer(one, one) + loose)
-        found.append(Story(Cause.PROPELLER, law, -one, False, False, parameters[int(k)]))
+        found.append(at_once(Cause.PROPELLER, np.outer(one, one), -one, thruster=parameters[int(k)]))
     if mass.any():
         load = mass + 0.5 * ahead + 0.2 * aside
-        law = STEP**2 * (np.outer(load, load) + np.diag(0.1 * ahead + 0.05 * aside) + loose)
-        found.append(Story(Cause.PAYLOAD, law, mass, True, False))
+        spread = np.outer(load, load) + np.diag(0.1 * ahead + 0.05 * aside)
+        found.append(at_once(Cause.PAYLOAD, spread, mass, either=True))
     if thrust.sum() > 1:
-        law = STEP**2 * (np.outer(thrust, thrust) + loose)
-        found.append(Story(Cause.BATTERY, law, thrust / thrust.sum(), True, False))
+        found.append(at_once(Cause.BATTERY, np.outer(thrust, thrust), thrust / thrust.sum(), either=True))
     for slope, size_of in ((False, STEP), (True, SLOPE)):
         found.append(Story(Cause.UNNAMED, size_of**2 * np.eye(size), np.zeros(size), True, slope))
     return tuple(found)
@@ -257,16 +257,14 @@ def _sums(days: Array, values: Array, inverse: Array, *, slope: bool) -> tuple[A
 
     every, all_seen = inverse.sum(axis=0), weighed.sum(axis=0)
     level = np.linalg.inv(every)
-    flat, seen = since(inverse), since(weighed)
-    if not slope:
-        return flat - flat @ level @ flat, seen - flat @ level @ all_seen
-    time, begins = days[:, None], days[:-1, None]
-    first, product = since(inverse * time[..., None]), since(weighed * time)
-    second = since(inverse * time[..., None] ** 2)
-    at = begins[..., None]
-    drive = first - at * flat
-    square = second - 2.0 * at * first + at**2 * flat
-    return square - drive @ level @ drive, product - begins * seen - drive @ level @ all_seen
+    drive = square = since(inverse)
+    product = since(weighed)
+    if slope:
+        time, at = days[:, None, None], days[:-1, None, None]
+        first, second = since(inverse * time), since(inverse * time**2)
+        drive, square = first - at * drive, second - 2.0 * at * first + at**2 * drive
+        product = since(weighed * days[:, None]) - days[:-1, None] * product
+    return square - drive @ level @ drive, product - drive @ level @ all_seen
 
 
 def _tell(story: Story, sums: tuple[Array, Array], gap: Array) -> _StoryFit:

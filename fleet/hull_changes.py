@@ -97,7 +97,7 @@ def alarms(watch: Watch, threshold: float, back: Back | None = None) -> tuple[li
     known: list[int] = []
     odd: list[int] = []
     while start < len(rows) - 1:
-        sums = detector(watch.of(rows), start)
+        sums = detector(watch.of(rows[start:]))
         passed = np.flatnonzero(sums >= np.log(threshold))
         if not passed.size:
             break
@@ -111,11 +111,12 @@ def alarms(watch: Watch, threshold: float, back: Back | None = None) -> tuple[li
     return known, odd
 
 
-def detector(watch: Watch, start: int = 0) -> Array:
-    """The logarithm of the detector's sum after each day from `start` on, (n - start,)."""
-    days, series, precision = watch.days[start:], watch.series[start:], watch.precision[start:]
-    size = days.size
-    last, first = _pairs(size)
+def detector(watch: Watch) -> Array:
+    """The logarithm of the detector's sum after each day, (n,)."""
+    days, series, precision = watch.days, watch.series, watch.precision
+    last, first = np.meshgrid(np.arange(days.size), np.arange(1, days.size), indexing="ij")
+    kept = candidate_onsets(last, first, _KEPT)
+    last, first = last[kept], first[kept]  # every last day with every first day of a change that is thought of then
     slope = np.array([ray.slope for ray in watch.rays])
     prior = np.log([ray.weight for ray in watch.rays])
     gap = np.log(np.diff(days, prepend=days[0] - 1.0))[first]
@@ -125,16 +126,9 @@ def detector(watch: Watch, start: int = 0) -> Array:
         information, score = _precision(days, series[:, of_kind], precision[:, of_kind], last, first, kind)
         weighed = prior[of_kind] + _ratio(information, score, deviation)
         best = np.logaddexp(best, np.logaddexp.reduce(weighed, axis=1))
-    total = np.full(size, -np.inf)
+    total = np.full(days.size, -np.inf)
     np.logaddexp.at(total, last, gap + best)
     return total
-
-
-def _pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Every last day with every first day of a change that is thought of then."""
-    last, first = np.meshgrid(np.arange(size), np.arange(1, size), indexing="ij")
-    kept = candidate_onsets(last, first, _KEPT)
-    return last[kept], first[kept]
 
 
 def _precision(

@@ -112,8 +112,6 @@ def _telling(url: str) -> Iterator[None]:
     _obstore()
     try:
         yield
-    except (LogError, RequestError):
-        raise
     except Exception as error:  # obstore has a dozen kinds, of the network, the store and the address
         told = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise LogError(
@@ -186,10 +184,7 @@ def find_sources(given: Sequence[str | os.PathLike[str]]) -> tuple[LogSource, ..
 
 def _sources(name: str) -> Iterable[LogSource]:
     if is_url(name):
-        return [
-            replace(_of(place, PurePosixPath(place).parent.name), version=version)
-            for place, version in objects_below(name, SUFFIXES)
-        ]
+        return [_of(url, PurePosixPath(url).parent.name, version) for url, version in objects_below(name, SUFFIXES)]
     path = Path(name)
     if path.is_dir():
         return [_local(place) for place in _below(path)]
@@ -233,13 +228,13 @@ def _below(folder: Path) -> list[str]:
     return result
 
 
-def _of(place: str, boat: str) -> LogSource:
-    return LogSource(place, boat or "boat", named=date_in(PurePosixPath(place).name))
+def _of(place: str, boat: str, version: str) -> LogSource:
+    return LogSource(place, boat or "boat", named=date_in(PurePosixPath(place).name), version=version)
 
 
 def _local(place: str) -> LogSource:
     path = Path(os.path.abspath(place))
-    return replace(_of(str(path), path.resolve().parent.name), version=_version(path))
+    return _of(str(path), path.resolve().parent.name, _version(path))
 
 
 def _version(path: Path) -> str:
@@ -295,7 +290,7 @@ def _of_row(path: Path, number: int, row: Mapping[str, str]) -> list[LogSource]:
     given = {key: value.strip() for key, value in row.items() if value.strip()}
     log = given["log"] if is_url(given["log"]) else str(path.parent / given["log"])
     begins = _day(given["day"], f"{path}, row {number}") if "day" in given else None
-    vehicle = given.get("vehicle", "")
+    vehicle, notes = given.get("vehicle", ""), given.get("notes", "")
     if vehicle and (path.parent / vehicle).exists():
         vehicle = str(path.parent / vehicle)
     try:
@@ -303,9 +298,7 @@ def _of_row(path: Path, number: int, row: Mapping[str, str]) -> list[LogSource]:
     except LogError as error:
         raise LogError(f"{path}, row {number}: {error.typed}") from None
     return [
-        replace(
-            source, boat=given.get("boat", source.boat), begins=begins, vehicle=vehicle, notes=given.get("notes", "")
-        )
+        replace(source, boat=given.get("boat", source.boat), begins=begins, vehicle=vehicle, notes=notes)
         for source in sources
     ]
 

@@ -68,7 +68,7 @@ def mapped(function: Callable[[T], R], tasks: Sequence[T], engine: Engine) -> It
     if not tasks:
         return
     if engine.scheduler is None and engine.workers == 1:
-        yield from ((number, function(task)) for number, task in enumerate(tasks))
+        yield from enumerate(map(function, tasks))
         return
     waiting, suspects = deque(range(len(tasks))), deque[int]()
     deaths: Counter[int] = Counter()
@@ -146,13 +146,19 @@ def end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _client(address: str) -> Any:
+def _dask(what: str) -> Any:
+    """The package `distributed`, for what needs it."""
     try:
-        from distributed import Client
+        import distributed
     except ImportError:
-        raise RequestError(f"a scheduler needs Dask: {how_to_install('cluster')}") from None
+        raise RequestError(f"{what} needs Dask: {how_to_install('cluster')}") from None
+    return distributed
+
+
+def _client(address: str) -> Any:
+    dask = _dask("a scheduler")
     try:
-        return Client(address, timeout=_PATIENCE, set_as_default=False)
+        return dask.Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         told = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise RequestError(
@@ -169,10 +175,6 @@ def local_cluster(workers: int | None) -> Iterator[str]:
     RequestError
         when Dask is not installed.
     """
-    try:
-        from distributed import LocalCluster
-    except ImportError:
-        raise RequestError(f"a cluster needs Dask: {how_to_install('cluster')}") from None
-    made: Any = LocalCluster(n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0")
-    with made as cluster:
+    made = _dask("a cluster").LocalCluster
+    with made(n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as cluster:
         yield cluster.scheduler_address

@@ -1,6 +1,6 @@
 """Map of failure: a model's error in cells of what the boat did or where it was; picked cells select their rows."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,27 +62,15 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
         self.on("ready", self._ready)
 
     def show(self, cells: Cells) -> None:
-        """Show cells in place of those before; colours move to their new value where the edges are the same.
-
-        Raises
-        ------
-        ValueError
-            If the shapes do not fit each other.
-        """
-        shape = len(cells.x_edges) - 1, len(cells.y_edges) - 1
-        if np.shape(cells.value) != shape or np.shape(cells.count) != shape:
-            raise ValueError(
-                f"value and count have the shapes {np.shape(cells.value)} and {np.shape(cells.count)}, the edges make "
-                f"{shape} cells: give one of each a cell"
-            )
+        """Show cells in place of those before; colours move to their new value where the edges are the same."""
         if self._cells is None or not _alike(self._cells, cells):
             self._picked = []
         self._cells = cells
         self._send()
 
-    def pick(self, cells: Iterable[Cell]) -> None:
-        """Outline cells as picked, in place of those before, without a call of the handlers."""
-        self._picked = [self._known(int(i), int(j)) for i, j in cells]
+    def unpick(self) -> None:
+        """Take the outlines of picked cells away, without a call of the handlers."""
+        self._picked = []
         if self._mounted:
             self.run_method("pick", self._picked)
 
@@ -96,11 +84,6 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
             return handler(list(self._picked))
 
         self.on("pick", picked)
-
-    def _known(self, i: int, j: int) -> Cell:
-        if self._cells is None or not _inside((i, j), self._cells):
-            raise ValueError(f"there is no cell ({i}, {j}) in the map that is shown: show(cells) comes first")
-        return i, j
 
     def _ready(self) -> None:
         """The browser has built the element, for the first time or anew: it knows nothing yet."""
@@ -124,7 +107,7 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
                         "level": level_of(float(cells.value[i, j]), cells.top),
                         "told": cell_in_words(cells, i, j),
                     }
-                    for i, j in zip(*map(np.ndarray.tolist, np.nonzero(np.isfinite(cells.value))), strict=True)
+                    for i, j in np.argwhere(np.isfinite(cells.value)).tolist()
                 ],
                 "unit": cells.unit,
                 "scale": [number(k * cells.top / STEPS, 2) for k in range(STEPS + 1)],

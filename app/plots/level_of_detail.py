@@ -66,18 +66,13 @@ def thinned(
         return time[first:last], {name: column[first:last] for name, column in columns.items()}
     starts = _starts(time, first, last, (begin, end, width))
     ends = np.append(starts[1:], last)
-    seen = last - first <= TORN * width
-    thin: dict[str, Array] = {}
+    thin = {name: _in_order(c, (starts, ends), (c[:last], c[:last]), starts) for name, c in columns.items()}
     torn: dict[str, Rows] = {}
-    for name, column in columns.items():
-        part = column[first:last]
-        gaps = np.isnan(part)
-        filled = np.where(gaps, np.inf, part), np.where(gaps, -np.inf, part)
-        thin[name] = _in_order(column, (starts, ends), filled, starts - first)
-        if seen and gaps.any():
-            inside = np.logical_or.reduceat(gaps, starts - first) & ~np.isnan(thin[name][:, 0])
-            place = np.where(gaps[starts - first], 0, np.where(gaps[ends - 1 - first], 2, 1))
-            torn[name] = np.where(inside, place, -1)
+    if last - first <= TORN * width:
+        for name, column in columns.items():
+            gaps = np.isnan(column[:last])
+            inside = np.logical_or.reduceat(gaps, starts) & ~np.isnan(thin[name][:, 0])
+            torn[name] = np.where(inside, np.where(gaps[starts], 0, np.where(gaps[ends - 1], 2, 1)), -1)
     return _paired(time, thin, (starts, ends), torn)
 
 
@@ -107,7 +102,8 @@ class Levels:
                     f"column {name!r} has the shape {column.shape}, the time {self.time.shape}: give one value a row"
                 )
             self.columns[name] = column
-            self._blocks[name] = _of_blocks(column, np.inf, np.minimum), _of_blocks(column, -np.inf, np.maximum)
+            begins = np.arange(0, len(column), BLOCK)
+            self._blocks[name] = np.fmin.reduceat(column, begins), np.fmax.reduceat(column, begins)
 
     def window(self, begin: float, end: float, width: int) -> tuple[Array, dict[str, Array]]:
         """As `thinned`; in a wide window a column of pixels begins at a block's edge, less than a pixel away."""
@@ -138,26 +134,15 @@ def _starts(time: Array, first: int, last: int, window: tuple[float, float, int]
     return np.unique(np.concatenate(([first], inner[inner < last], beyond)).astype(np.intp))
 
 
-def _of_blocks(column: Array, nothing: float, extreme: np.ufunc) -> Array:
-    """Extreme of every block of rows, gaps left out; `nothing` where a block is all gap."""
-    whole = len(column) // BLOCK * BLOCK
-    filled = np.where(np.isnan(column), nothing, column)
-    parts = extreme.reduce(filled[:whole].reshape(-1, BLOCK), axis=1)
-    rest = filled[whole:]
-    return np.append(parts, extreme.reduce(rest)) if rest.size else parts
-
-
 def _in_order(column: Array, buckets: tuple[Rows, Rows], extremes: tuple[Array, Array], at: Rows) -> Array:
     """Both extremes of every bucket, shape (buckets, 2), the smaller first where the series rises; NaN in a gap.
 
     `extremes` are the least and the greatest values of rows, or of blocks of them, and each bucket begins `at` one.
     """
     starts, ends = buckets
-    low, high = np.minimum.reduceat(extremes[0], at), np.maximum.reduceat(extremes[1], at)
+    low, high = np.fmin.reduceat(extremes[0], at), np.fmax.reduceat(extremes[1], at)
     rises = column[starts] <= column[ends - 1]
-    pair = np.stack((np.where(rises, low, high), np.where(rises, high, low)), axis=1)
-    pair[low > high] = np.nan
-    return pair
+    return np.stack((np.where(rises, low, high), np.where(rises, high, low)), axis=1)
 
 
 def _paired(
@@ -242,8 +227,7 @@ def within(path: Path, box: tuple[float, float, float, float]) -> Path:
     rows = np.flatnonzero(kept)
     breaks = np.flatnonzero(np.diff(rows) > 1) + 1
     found = path.rows(rows)
-    gap = np.nan
-    return Path(*(np.insert(part, breaks, gap) for part in (found.time, found.north, found.east)))
+    return Path(*(np.insert(part, breaks, np.nan) for part in (found.time, found.north, found.east)))
 
 
 def nearest(path: Path, north: float, east: float) -> int | None:
@@ -275,8 +259,7 @@ def rounded(values: Array) -> Array:
     >>> rounded(np.array([1234.5678, 0.123456, np.nan]))
     array([1.2346e+03, 1.0000e-01,        nan])
     """
-    known = np.abs(values[np.isfinite(values)])
-    most = float(known.max()) if known.size else 0.0
+    most = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
     if most == 0.0:
         return np.asarray(values, dtype=np.float64)
     return np.round(values, DIGITS - 1 - math.floor(math.log10(most)))

@@ -109,7 +109,7 @@ class TimePlots(OverTime, component="time_plots.js", dependencies=["drawing.js"]
             f"Time plots of {titles}. Arrow keys move, plus and minus zoom, Home shows all, Enter selects what is "
             "shown, Shift and arrow keys read values."
         )
-        self._levels: Levels | None = None
+        self._levels = Levels(np.empty(0), {})
         self._window: tuple[float, float] | None = None
         self._width = WIDTH
         self.on("ready", self._ready)
@@ -130,28 +130,13 @@ class TimePlots(OverTime, component="time_plots.js", dependencies=["drawing.js"]
         columns : Mapping[str, Array]
             Values by the name of their line, each of shape (rows,); NaN breaks a line, a line without values is not
             drawn.
-
-        Raises
-        ------
-        ValueError
-            If the times do not ascend, or a column has another length.
         """
-        if len(time) and not np.all(np.diff(time) >= 0.0):
-            raise ValueError("time plots need times that ascend: sort the rows, or show each log on its own")
         self._levels = Levels(time, columns)
         self._window = None
         self._draw(fresh=True)
 
     def change(self, columns: Mapping[str, Array]) -> None:
-        """Put new values in place of some columns; the zoom stays, and the lines move to their new place.
-
-        Raises
-        ------
-        ValueError
-            If nothing is shown yet, or a column has another length than the time.
-        """
-        if self._levels is None:
-            raise ValueError("nothing is shown yet: call show(time, columns) before change(columns)")
+        """Put new values in place of some columns; the zoom stays, and the lines move to their new place."""
         self._levels.replace(columns)
         self._draw(moved=True)
 
@@ -184,7 +169,7 @@ class TimePlots(OverTime, component="time_plots.js", dependencies=["drawing.js"]
 
     def _draw(self, *, fresh: bool = False, moved: bool = False, asked: int = -1) -> None:
         """Send the window, once there is a browser to draw it."""
-        if self._levels is None or not self._mounted or not len(self._levels.time):
+        if not self._mounted or not len(self._levels.time):
             return
         first, last = float(self._levels.time[0]), float(self._levels.time[-1])
         whole = first, last if last > first else first + 1.0  # an axis without length has no ticks
@@ -226,7 +211,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
             "Track on the water, north up. Arrow keys move, plus and minus zoom, Home shows all, Enter picks the point "
             "in the middle."
         )
-        self._measured: Path | None = None
+        self._measured = joined(())
         self._predicted: dict[str, Path] = {}
         self._paths: dict[str, Path] = {}
         self.on("ready", self._ready)
@@ -241,18 +226,8 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
             Ascending [s], shape (rows,).
         north, east : Array
             Measured positions [m], each of shape (rows,); NaN breaks the track.
-
-        Raises
-        ------
-        ValueError
-            If the three have not the same shape.
         """
-        if not np.shape(time) == np.shape(north) == np.shape(east):
-            raise ValueError(
-                f"time, north and east have the shapes {np.shape(time)}, {np.shape(north)} and {np.shape(east)}: "
-                "give one of each a row"
-            )
-        self._measured = Path(np.asarray(time), np.asarray(north), np.asarray(east))
+        self._measured = Path(time, north, east)
         self._predicted, self._paths = {}, {}
         if self._mounted:
             self._send_all()
@@ -284,7 +259,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
             North and east [m] of what was measured meanwhile and what is predicted.
         """
         given = {"measured": measured, "before": before, "after": after}
-        self._paths = {role: Path(np.asarray(time), *places) for role, places in given.items() if places is not None}
+        self._paths = {role: Path(time, *places) for role, places in given.items() if places is not None}
         self._send_paths()
 
     def on_pick(self, handler: Callable[[float], object]) -> None:
@@ -292,7 +267,7 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
 
         def picked(event: GenericEventArguments) -> object:
             north, east = sent_number(event.args, "north"), sent_number(event.args, "east")
-            if north is None or east is None or self._measured is None:
+            if north is None or east is None:
                 return None
             row = nearest(self._measured, north, east)
             return None if row is None else handler(float(self._measured.time[row]))
@@ -307,17 +282,15 @@ class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
     def _viewed(self, event: GenericEventArguments) -> None:
         """The browser looks closer: send what lies in its view with more points."""
         south, north, west, east = (sent_number(event.args, side) for side in SIDES)
-        if south is None or north is None or west is None or east is None or self._measured is None:
+        if south is None or north is None or west is None or east is None:
             return
         box = (south, north, west, east)
         self.run_method("detail", {"box": box, **self._lines(box)})
 
     def _lines(self, box: tuple[float, float, float, float] | None) -> dict[str, dict[str, Array]]:
         """Measured and predicted lines by role, thinned; those in a box, or all."""
-        lines: dict[str, dict[str, Array]] = {}
-        if self._measured is not None:
-            measured = self._measured if box is None else within(self._measured, box)
-            lines["measured"] = _sent(thinned_by_length(measured, MOST_MEASURED))
+        measured = self._measured if box is None else within(self._measured, box)
+        lines = {"measured": _sent(thinned_by_length(measured, MOST_MEASURED))}
         for role, path in self._predicted.items():
             lines[role] = _sent(thinned_by_rows(path if box is None else within(path, box), MOST_PREDICTED))
         return lines

@@ -110,8 +110,7 @@ def hero(session: Session) -> None:
     def refresh() -> None:
         opened, fit = session.shown.opened, session.shown.fit
         text = session.names.with_user_names(headline(session.shown))
-        long = len(text) > _LONG
-        title.classes(add="long" if long else None, remove=None if long else "long")
+        title.classes(replace="long" if len(text) > _LONG else "")
         title.set_text(text)
         host.set_visibility(opened is not None or session.errands.work is not None)
         _show_count(session, count)
@@ -192,8 +191,7 @@ def _show_work(session: Session, place: ui.element) -> None:
         return
     behind, now = work.behind, monotonic()
     with place:
-        known = "" if behind is None else " known"
-        with ui.element("div").classes("meter" if known else "meter unknown"):
+        with ui.element("div").classes("meter unknown" if behind is None else "meter"):
             ui.element("i").style(f"width: {100.0 * behind:.0f}%" if behind is not None else "")
         waits = "; what you asked for waits for it" if session.waiting else ""
         line(f"{work.name} ({_so_far(work, now)}){waits}", tag="span")
@@ -221,7 +219,8 @@ class _Stairs:
         stairs = [fit for fit in session.shown.stairs if fit.error.get("position") is not None]
         first = stairs[0].error["position"] if stairs else 1.0
         while len(self._rows) > len(stairs):
-            self._rows.pop().delete()
+            for part in self._rows.pop():
+                part.delete()
         for k, fit in enumerate(stairs):
             if k == len(self._rows):
                 self._rows.append(self._row(first_one=k == 0))
@@ -237,18 +236,13 @@ class _Stairs:
             track = ui.element("div").classes("track")
             with track:
                 fill = ui.element("div").classes("fill first" if first_one else "fill").style("width: 100%")
-            return _Stair(name, track, fill, line("", "num", tag="span"))
+            return _Stair(name, fill, track, line("", "num", tag="span"))
 
 
 class _Stair(NamedTuple):
-    """One step: its name, the bar with what fills it, and the number."""
+    """One step: its name, what fills the bar, the bar, and the number."""
 
     name: TextElement
-    track: ui.element
     fill: ui.element
+    track: ui.element
     number: TextElement
-
-    def delete(self) -> None:
-        """Take it from the page."""
-        for element in (self.name, self.track, self.number):
-            element.delete()

@@ -156,10 +156,8 @@ class MissingCards:
         if searched is not self._searched:
             self._searched = searched
             self._title.set_text(_TITLE if searched is None else searched.title)
-            self._body.clear()
-            self._cards.clear()
-            self._sensors.clear()
-            self._by_name.clear()
+            for part in (self._body, self._cards, self._sensors, self._by_name):
+                part.clear()
             if searched is not None:
                 with self._body:
                     self._build(searched)

@@ -1,5 +1,6 @@
 """Measured against predicted: time plots, the track on the water, and where the model fails; one selection for all."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -47,7 +48,7 @@ class MotionView:
         self._session = session
         self._opened: object = None
         self._fit: object = None
-        self._sorted: dict[str, Sorted] = {}
+        self._choices: dict[str, ui.toggle] = {}
         self._view: object = None
         self._marked: object = None
         self._of_cells: object = None
@@ -63,9 +64,7 @@ class MotionView:
         with ui.element("section").classes("card").props('aria-label="Measured against predicted"'):
             with ui.element("div").classes("flow"):
                 line("Measured against predicted", tag="h2").style("margin: 0; flex: 1")
-                self._drawn = ui.toggle({"speeds": "Speeds", "forces": "Missing force"}, value=self._of_view.drawn)
-                self._drawn.props('dense no-caps unelevated aria-label="What is drawn"').classes("small")
-                self._drawn.on_value_change(lambda event: self._look(drawn=event.value))
+                self._choice("drawn", {"speeds": "Speeds", "forces": "Missing force"}, "What is drawn")
             self._speeds = TimePlots(_SPEEDS)
             self._forces = TimePlots(_MISSING)
             for plots in (self._speeds, self._forces):
@@ -84,17 +83,19 @@ class MotionView:
         with ui.element("section").classes("card").props('aria-label="Where it fails"'):
             with ui.element("div").classes("flow"):
                 line("Where it fails", tag="h2").style("margin: 0; flex: 1")
-                axes = {key: name for key, (name, _) in AXES.items()}
-                self._axis = ui.toggle(axes, value=self._of_view.axis)
-                self._axis.props('dense no-caps unelevated aria-label="Axis of the force"').classes("small")
+                self._choice("axis", {key: name for key, (name, _) in AXES.items()}, "Axis of the force")
             over = {"turn": "speed and turn", "command": "speed and command"}
-            self._over = ui.toggle(over, value=self._of_view.over)
-            self._over.props('dense no-caps unelevated aria-label="What the map is over"').classes("small")
-            self._axis.on_value_change(lambda event: self._look(axis=event.value))
-            self._over.on_value_change(lambda event: self._look(over=event.value))
+            self._choice("over", over, "What the map is over")
             self._map = ErrorMap()
             self._map.on_pick(self._picked)
             line("The force that the model leaves, by what the boat did. Click cells to select.", "muted small")
+
+    def _choice(self, field: str, options: Mapping[str, str], label: str) -> None:
+        """A choice of what is drawn, which a field of the view holds."""
+        made = ui.toggle(dict(options), value=getattr(self._of_view, field))
+        made.props(f'dense no-caps unelevated aria-label="{label}"').classes("small")
+        made.on_value_change(lambda event: self._look(**{field: event.value}))
+        self._choices[field] = made
 
     @property
     def _of_view(self) -> View:
@@ -108,9 +109,8 @@ class MotionView:
     def _turn(self) -> None:
         """Turn to what the view says, which a session that was opened again may say, too."""
         view = self._of_view
-        for toggle, value in ((self._drawn, view.drawn), (self._axis, view.axis), (self._over, view.over)):
-            if toggle.value != value:
-                toggle.set_value(value)
+        for field, choice in self._choices.items():
+            choice.set_value(getattr(view, field))
         self._speeds.set_visibility(view.drawn != "forces")
         self._forces.set_visibility(view.drawn == "forces")
 
@@ -123,33 +123,35 @@ class MotionView:
         opened, fit = session.shown.opened, session.shown.fit
         if opened is None or fit is None:
             return
-        if opened is not self._opened:
-            self._opened, self._fit, self._sorted = opened, fit, {}
-            table, first = opened.table, opened.nominal
-            columns = {name: table[name] for name in ("u", "v", "r")}
-            states, forces = (_drawn(opened, first, "before", names) for names in (_STATES, tuple(AXES)))
-            self._speeds.show(table["time"], columns | states | _after(opened, fit, _STATES + _ENDS))
-            self._forces.show(table["time"], forces | _after(opened, fit, tuple(AXES)))
-            self._track.show(table["time"], table["north"], table["east"])
-            logs = [(session.names.with_user_names(log.name), log.begin, log.end) for log in opened.logs]
-            for view in (self._speeds, self._forces, self._track):
-                view.divide(logs)
-            self._predict(opened, fit)
-            self._map_of()
-        elif fit is not self._fit:
-            self._fit = fit
-            self._speeds.change(_after(opened, fit, _STATES + _ENDS))
-            self._forces.change(_after(opened, fit, tuple(AXES)))
+        if opened is not self._opened or fit is not self._fit:
+            speeds, forces = _after(opened, fit, _STATES + _ENDS), _after(opened, fit, tuple(AXES))
+            if opened is not self._opened:
+                self._measured(opened, speeds, forces)
+            else:
+                self._speeds.change(speeds)
+                self._forces.change(forces)
+            self._opened, self._fit = opened, fit
             self._predict(opened, fit)
             self._map_of()
         marked = session.shown.selected
         if marked != self._marked:
             self._marked = marked
             if marked != self._of_cells:
-                self._map.pick(())
+                self._map.unpick()
             for view in (self._speeds, self._forces, self._track):
                 view.mark(marked)
         self._none.style(f"visibility: {'visible' if marked else 'hidden'}")  # its place stays
+
+    def _measured(self, opened: Opened, speeds: dict[str, np.ndarray], forces: dict[str, np.ndarray]) -> None:
+        """Draw another log, with what the model makes of its speeds and leaves of its forces."""
+        table, first = opened.table, opened.nominal
+        measured = {name: table[name] for name in _STATES} | _drawn(opened, first, "before", _STATES)
+        self._speeds.show(table["time"], measured | speeds)
+        self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | forces)
+        self._track.show(table["time"], table["north"], table["east"])
+        logs = [(self._session.names.with_user_names(log.name), log.begin, log.end) for log in opened.logs]
+        for view in (self._speeds, self._forces, self._track):
+            view.divide(logs)
 
     def _predict(self, opened: Opened, fit: Fit) -> None:
         """Draw the ways of the models on the water, and tell of the band of what is drawn."""
@@ -169,11 +171,7 @@ class MotionView:
         opened, fit, view = self._session.shown.opened, self._session.shown.fit, self._of_view
         if opened is None or fit is None or opened is not self._opened:
             return
-        if view.over not in self._sorted:
-            table = opened.table
-            up = table["r"] if view.over == "turn" else common_command(table, opened.commands)
-            self._sorted[view.over] = sort_rows(table["u"], up)
-        found = self._sorted[view.over]
+        found = self._cells(opened)
         before, _ = found.error(opened.nominal.columns[view.axis])
         error, count = found.error(fit.columns[view.axis])
         top = float(np.nanquantile(before, 0.98)) if np.isfinite(before).any() else 1.0
@@ -182,10 +180,16 @@ class MotionView:
         seconds = count * float(np.nanmedian(np.diff(opened.table["time"])))
         self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
 
+    def _cells(self, opened: Opened) -> Sorted:
+        """The rows of a log in the cells of the map."""
+        table = opened.table
+        up = table["r"] if self._of_view.over == "turn" else common_command(table, opened.commands)
+        return sort_rows(table["u"], up)
+
     def _picked(self, cells: list[tuple[int, int]]) -> None:
         opened = self._session.shown.opened
         if opened is not None:
-            self._of_cells = self._sorted[self._of_view.over].stretches(opened.table["time"], cells)
+            self._of_cells = self._cells(opened).stretches(opened.table["time"], cells)
             self._session.shown.select(self._of_cells)
 
 

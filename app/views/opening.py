@@ -130,9 +130,7 @@ class LogFiles:
             self._upload.props('flat aria-label="Upload logs" no-thumbnails')
         self._dropped = ui.element("div").classes("stack")
         self._told = line("", "small").props('role="status"')
-        self._path = ui.input(label=path_label) if paths else None
-        if self._path is not None:
-            self._path.props("outlined dense")
+        self._path = ui.input(label=path_label).props("outlined dense") if paths else None
         self._frame = ui.select({"": "axes as the log says", "enu": "ENU / FLU", "ned": "NED / FRD"}, value="")
         self._frame.props('outlined dense label="axes"')
         self._as_is = ui.checkbox("take a broken log as it is (every result then carries a warning)")
@@ -225,8 +223,7 @@ class Opening:
     def __init__(
         self, session: Session, vehicles: Mapping[str, str], *, paths: bool, leave: Callable[[], object] | None = None
     ) -> None:
-        self._session = session
-        self._leave = leave
+        self._session, self._leave = session, leave
         with ui.element("section").classes("card stack").props('aria-label="Open a log"'):
             line("What does your boat model miss?", tag="h1")
             line(
@@ -256,10 +253,7 @@ class Opening:
                         name: ui.number(label=told, min=0).props("outlined dense").style("width: 172px")
                         for name, told in _HULL.items()
                     }
-                    line(
-                        "What you leave empty is typical of a hull of that length, and marked so.",
-                        "muted small",
-                    )
+                    line("What you leave empty is typical of a hull of that length, and marked so.", "muted small")
                 self._choice.on_value_change(lambda e: self._hull.set_visibility(e.value == _MADE))
                 line(
                     "or drop your own vehicle.yaml, and a channel map called channels.yaml, beside the log.",
@@ -270,12 +264,10 @@ class Opening:
             if self._leave is not None:
                 button("Cancel", self._leave)
             self._told = line("", "small", "span").props('role="status"')
+        self._opened = partial(_told_or_left, self._session, self._told, self._leave)
 
     async def _demo(self) -> None:
         await self._session.open(Source(), self._opened)
-
-    def _opened(self) -> None:
-        _told_or_left(self._session, self._told, self._leave)
 
     async def _open(self) -> None:
         files = self._files
@@ -340,7 +332,8 @@ def _try_another(session: Session, *, paths: bool) -> None:
             if not files.logs:
                 told.set_text("Drop a log above, or give its path.")
                 return
-            await session.try_on(files.source(), lambda: _told_or_left(session, told, made.close))
+            await session.try_on(files.source())
+            _told_or_left(session, told, made.close)
 
         with ui.element("div").classes("flow"):
             button("Predict", predict, lead=True, label="Predict the other log")

@@ -4,7 +4,6 @@ from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import degrees, radians
-from typing import Any
 
 from nicegui import events, ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -118,9 +117,9 @@ class ThrusterRows:
                 values = place.x, place.y, degrees(place.angle)
                 boxes = [self._box(place.name, told, value) for told, value in zip(_BOXES, values, strict=True)]
                 self._boxes.append((boxes[0], boxes[1], boxes[2]))
-                drive = ui.select(commands, value=wire.by, label="driven by", on_change=self._change)
+                drive = ui.select(commands, value=wire.by, label="driven by", on_change=self._changed)
                 drive.props(f'dense outlined aria-label="{place.name} driven by"').classes("drive")
-                turned = ui.checkbox("reversed", value=wire.turned, on_change=self._change)
+                turned = ui.checkbox("reversed", value=wire.turned, on_change=self._changed)
                 self._drives.append((drive, turned.props(f'dense aria-label="{place.name} reversed"')))
         self._wires = tuple(wires)
 
@@ -146,11 +145,8 @@ class ThrusterRows:
         )
 
     def _box(self, name: str, told: str, value: float) -> ui.number:
-        box = ui.number(label=told, value=float(number(value, 6)), on_change=self._change)
+        box = ui.number(label=told, value=float(number(value, 6)), on_change=self._changed)
         return box.props(f'dense outlined debounce=300 aria-label="{name} {told}"')
-
-    async def _change(self, _: Any) -> None:
-        await self._changed()
 
     def _swap(self) -> None:
         (one, turned), (other, also) = self._drives

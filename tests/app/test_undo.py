@@ -33,7 +33,7 @@ def test_the_eldest_steps_are_forgotten_and_the_present_one_is_the_last():
 def test_one_way_of_a_slider_stays_one_step():
     step = START.adding(FIRST).moving({"X_uu": -3.0})
     history = History((START,)).then(step)
-    along = history.instead(step.moving({"X_uu": -4.0}))
+    along = history.moving({"X_uu": -4.0})
     assert len(along.steps) == len(history.steps)
     assert along.now.stand.moved == (("X_uu", -4.0),)
     assert along.back().now == START
