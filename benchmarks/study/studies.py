@@ -1,9 +1,9 @@
 """Every study by its name: which logs it has, and what is kept of them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import isclose
+from math import isclose, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +111,9 @@ _SAMPLED = 20
 """Logs of a study at least, and one in how many of it, that are answered anew before its records are carried over."""
 _ALIKE = 1e-3
 """Relative difference of two facts that are the same but for rounding: a hundredth of what any odds would notice."""
+_CLOSE = 0.005
+"""Difference of two errors on another run that are the same, as a share of the nominal error: a quarter of that by
+which a written model counts as worse."""
 _JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reason", "odds", "told")
 """What is no fact: time, and what the judgement makes of the facts and says of them."""
 
@@ -127,10 +130,22 @@ def carried(file: File, keys: Sequence[Key], ask: Callable[[Key], Record], jobs:
     return opened(file.path)
 
 
+def errors_alike(was: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether the errors of models on another run are the same, as far as anything is told of them."""
+    if was.keys() != now.keys():
+        return False
+    pairs = [[None if None in of[name] else sqrt(sum(of[name])) for of in (was, now)] for name in was]
+    limit = _CLOSE * sqrt(sum(square or 0.0 for square in was["nominal"]))
+    return all(one == two or (one is not None and two is not None and abs(one - two) <= limit) for one, two in pairs)
+
+
 def alike(was: Any, now: Any) -> bool:
     """Whether two records hold the same facts, whatever is judged of them."""
     if isinstance(was, dict) and isinstance(now, dict):
         keys = {*was, *now} - {*_JUDGED, "verdict", "tellable", "bound"}
+        if was.get("fresh") and now.get("fresh"):
+            close = errors_alike(was["fresh"], now["fresh"])
+            return close and all(alike(was.get(key), now.get(key)) for key in keys - {"fresh"})
         return all(alike(was.get(key), now.get(key)) for key in keys)
     if isinstance(was, list) and isinstance(now, list):
         if was and isinstance(was[0], dict):

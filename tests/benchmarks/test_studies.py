@@ -99,6 +99,17 @@ def test_records_are_carried_over_where_facts_stay(tmp_path: Path, monkeypatch: 
     assert [one["rests"][0][1] for one in kept] == [0.11] * 50, "other facts: begun anew"
 
 
+@pytest.mark.parametrize(
+    ("written", "same"),
+    [([0.04, 0.0, 0.0], True), ([0.0408, 0.0, 0.0], True), ([0.05, 0.0, 0.0], False), ([None], False)],
+)
+def test_errors_on_another_run_are_alike_by_a_share_of_the_nominal_error(written: list[float | None], same: bool):
+    alike, nominal = chapter("study.studies").alike, [1.0, 0.0, 0.0]
+    was = record(fresh={"nominal": nominal, "written": [0.04, 0.0, 0.0]})
+    assert alike(was, {**was, "fresh": {"nominal": nominal, "written": written}}) == same
+    assert not alike(was, {**was, "fresh": {"nominal": nominal}})
+
+
 def test_words_about_the_source_make_no_record_stale():
     bare = chapter("study.records").bare
     plain = 'def f(x: int) -> str:\n    return "a"\n'
