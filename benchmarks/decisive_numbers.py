@@ -91,6 +91,10 @@ def listed() -> list[Number]:
         for judge in ("forces", "rollouts")
         for name, weight in {"intercept": odds[judge]["intercept"], **odds[judge]["weights"]}.items()
     ]
+    found += [
+        Number("discovery/odds.json", f"calibration, {name}", f"{value:g}", "benchmarks/odds.py", "calibrated")
+        for name, value in zip(("shift", "low slope", "high slope"), odds["calibration"], strict=True)
+    ]
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
             if not set(path.relative_to(ROOT).with_suffix("").parts) & set(ELSEWHERE) and decides(path):

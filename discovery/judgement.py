@@ -2,7 +2,7 @@
 
 A logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
 that `Reason` lists: one of names that the force balance judges, one of those that rollouts do. Both are fitted to
-worlds of many simulators, with causes inside and outside the catalogue, and drawn towards each other
+worlds of many simulators, with causes inside and outside the catalogue, drawn towards each other, and calibrated last
 (`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
 answer back.
 """
@@ -54,18 +54,21 @@ class Logistic:
     intercept: float
     weights: Mapping[str, float]
 
-    def probability(self, feature: Mapping[str, float]) -> float:
-        """The probability that a name with these features is true."""
+    def alone(self, feature: Mapping[str, float]) -> float:
+        """The probability of a name with these features and of its look-alikes together."""
         total = self.intercept + sum(weight * feature[name] for name, weight in self.weights.items())
-        return feature.get(SHARE, 1.0) / (1.0 + exp(-max(min(total, 30.0), -30.0)))
+        return 1.0 / (1.0 + exp(-max(min(total, 30.0), -30.0)))
+
+    def probability(self, feature: Mapping[str, float]) -> float:
+        """The probability that a name with these features is true, before it is calibrated."""
+        return feature.get(SHARE, 1.0) * self.alone(feature)
 
     def largest_doubt(self, feature: Mapping[str, float]) -> Reason:
         """The doubt that lowers the odds most."""
         costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
         by_reason: dict[Reason, float] = {}
         if feature.get(SHARE, 1.0) < 1.0:
-            left = self.probability(feature)
-            alone = left / feature[SHARE]
+            left, alone = self.probability(feature), self.alone(feature)
             costs["identity"] = costs.get("identity", 0.0) + log(alone / (1.0 - alone) * (1.0 - left) / left)
         for name, cost in costs.items():
             by_reason[REASONS[name]] = by_reason.get(REASONS[name], 0.0) + cost
@@ -103,7 +106,8 @@ class Odds:
 
     def probability(self, claim: Claim) -> float:
         """The probability that the name of a claim is true."""
-        return float(calibrated(self.of(claim).probability(features(claim)), self.calibration))
+        feature = features(claim)
+        return feature[SHARE] * float(calibrated(self.of(claim).alone(feature), self.calibration))
 
 
 def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.float64]:

@@ -199,7 +199,7 @@ def telling(change: ChangeRecord) -> Moved:
 def change_sentence(change: ChangeRecord) -> str:
     """What changed, by how much, when, and how sure that is."""
     what, size, more, span = _sized(telling(change))
-    span_of_days = f" ({change.earliest} to {change.latest})" * (change.earliest != change.latest)
+    span_of_days = f" ({change.earliest} to {change.latest})" if change.earliest != change.latest else ""
     first = f"{change.first}{span_of_days}"
     known = f"known on {change.alarm}"
     if change.goes_on:

@@ -49,6 +49,7 @@ class MotionView:
         self._opened: object = None
         self._fit: object = None
         self._choices: dict[str, ui.toggle] = {}
+        self._sorted: dict[str, Sorted] = {}
         self._view: object = None
         self._marked: object = None
         self._of_cells: object = None
@@ -144,6 +145,7 @@ class MotionView:
 
     def _measured(self, opened: Opened, speeds: dict[str, np.ndarray], forces: dict[str, np.ndarray]) -> None:
         """Draw another log, with what the model makes of its speeds and leaves of its forces."""
+        self._sorted = {}
         table, first = opened.table, opened.nominal
         measured = {name: table[name] for name in _STATES} | _drawn(opened, first, "before", _STATES)
         self._speeds.show(table["time"], measured | speeds)
@@ -181,10 +183,14 @@ class MotionView:
         self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
 
     def _cells(self, opened: Opened) -> Sorted:
-        """The rows of a log in the cells of the map."""
-        table = opened.table
-        up = table["r"] if self._of_view.over == "turn" else common_command(table, opened.commands)
-        return sort_rows(table["u"], up)
+        """The rows of a log in the cells of the map, sorted once: a slider draws the map anew at every step."""
+        over = self._of_view.over
+        if over not in self._sorted:
+            table = opened.table
+            self._sorted[over] = sort_rows(
+                table["u"], table["r"] if over == "turn" else common_command(table, opened.commands)
+            )
+        return self._sorted[over]
 
     def _picked(self, cells: list[tuple[int, int]]) -> None:
         opened = self._session.shown.opened

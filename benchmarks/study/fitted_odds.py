@@ -229,7 +229,7 @@ class Fitted:
     ----------
     models : intercept and weights of each judge
     price : of squared weights, one of `PRICES`
-    odds : of each name, by a model and a calibration that have not seen its cause
+    odds : of each name, by a model that has not seen its cause, and a calibration that was fitted to other causes
     own : of each name, by the model that has seen it
     calibration : of the odds, see `judgement.calibrated`
     """
@@ -241,11 +241,17 @@ class Fitted:
     calibration: tuple[float, float, float]
 
 
-def calibration_of(odds: Array, true: NDArray[np.bool_]) -> tuple[float, float, float]:
-    """The shift and the two slopes, none of them falling, of least log loss with which these odds would be said."""
+def calibration_of(odds: Array, true: NDArray[np.bool_], share: Array | float = 1.0) -> tuple[float, float, float]:
+    """The shift and the two slopes, none of them falling, of least log loss.
+
+    Parameters
+    ----------
+    odds : (names,) of each name and its look-alikes together
+    share : what each keeps of them
+    """
 
     def loss(weights: Array) -> float:
-        return -log_score(calibrated(odds, weights.tolist()), true)
+        return -log_score(share * calibrated(odds, weights.tolist()), true)
 
     found = minimize(loss, (0.0, 1.0, 1.0), method="L-BFGS-B", bounds=[(None, None), (0.0, None), (0.0, None)]).x
     return float(found[0]), float(found[1]), float(found[2])
@@ -264,13 +270,14 @@ def fitted(names: Names, without: str = "") -> Fitted:
         word: (float(one[0]), {name: float(w) for name, w in zip(columns, one[1:], strict=True) if w})
         for word, one in models.items()
     }
-    fold, unseen = folds_of(names.cause), blind[price]
+    fold, share, unseen = folds_of(names.cause), names.share, blind[price] / names.share
     odds = np.zeros(len(unseen))
     for left_out in np.unique(fold):
         train, test = fold != left_out, fold == left_out
-        odds[test] = calibrated(unseen[test], calibration_of(unseen[train], names.true[train]))
-    calibration = calibration_of(unseen, names.true)
-    own = calibrated(probabilities(models, names, columns), calibration)
+        found = calibration_of(unseen[train], names.true[train], share[train])
+        odds[test] = share[test] * calibrated(unseen[test], found)
+    calibration = calibration_of(unseen, names.true, share)
+    own = share * calibrated(probabilities(models, names, columns) / share, calibration)
     return Fitted(weights, price, odds, own, calibration)
 
 

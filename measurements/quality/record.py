@@ -7,9 +7,9 @@ evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked fo
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypedDict, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -395,6 +395,22 @@ class Finding(file_records.Record):
         return _capital(self.remedy)
 
 
+class _More(TypedDict, total=False):
+    """Further fields of a `Finding`."""
+
+    channels: tuple[str, ...]
+    value: float | None
+    unit: str
+    ci95: tuple[float, float] | None
+    parts: Mapping[str, float | str]
+    consequence: str
+    remedy: str
+    fix: Fix | None
+    short: str
+    reach: Reach
+    mends: Mapping[str, Entry | None]
+
+
 @dataclass(frozen=True, slots=True)
 class About:
     """What a check looked at and measured, of which findings are made; see `Finding` for the attributes."""
@@ -406,23 +422,24 @@ class About:
     ci95: tuple[float, float] | None = None
     parts: Mapping[str, float | str] = field(default_factory=dict)
 
-    def finding(self, verdict: Verdict, sentence: str, **more: Any) -> Finding:
+    def finding(self, verdict: Verdict, sentence: str, **more: Unpack[_More]) -> Finding:
         """A finding on it, of which further fields may be given, also in place of its own."""
-        return Finding(verdict=verdict, sentence=sentence, **{**asdict(self), **more})
+        known = {part.name: getattr(self, part.name) for part in fields(self)}
+        return Finding(verdict=verdict, sentence=sentence, **{**known, **more})
 
-    def ok(self, sentence: str, **more: Any) -> Finding:
+    def ok(self, sentence: str, **more: Unpack[_More]) -> Finding:
         """The finding that nothing is wrong."""
         return self.finding("ok", sentence, **more)
 
-    def untold(self, sentence: str, **more: Any) -> Finding:
+    def untold(self, sentence: str, **more: Unpack[_More]) -> Finding:
         """The finding that the log cannot tell."""
         return self.finding("cannot tell", sentence, **more)
 
-    def note(self, sentence: str, **more: Any) -> Finding:
+    def note(self, sentence: str, **more: Unpack[_More]) -> Finding:
         """The finding of something that is good to know."""
         return self.finding("note", sentence, **more)
 
-    def warning(self, sentence: str, **more: Any) -> Finding:
+    def warning(self, sentence: str, **more: Unpack[_More]) -> Finding:
         """The finding of something that makes results worse."""
         return self.finding("warning", sentence, **more)
 

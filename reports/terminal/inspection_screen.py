@@ -269,10 +269,11 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table
     columns += [*word_columns("unit"), Column("N ahead", justify="right")]
     rows = []
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
-        done = [f"was {one.read_as}"] * (one.read_as != one.channel) + ["turned round"] * one.turned
+        was = f"was {one.read_as}" if one.read_as != one.channel else ""
+        done = ", ".join(filter(None, (was, "turned round" if one.turned else "")))
         ends = [number(end, 4) for end in (one.output.astern, one.output.neutral, one.output.ahead)]
         full = number(float(built.curve.thrust(np.array([one.output.ahead]), built.command)[0]))
-        by = "; ".join(filter(None, ["log", ", ".join(done)])) if one.by_log else "name"
+        by = ("log; " + done if done else "log") if one.by_log else "name"
         rows.append((one.name, one.side or "?", by, *ends, unit_text(unit_of(one.channel)), full))
     return plain_table("Thrusters", "", columns, rows)
 

@@ -18,6 +18,7 @@ from undertow.discovery.judgement import (
     largest_doubt,
     odds,
     probability,
+    share,
     verdict,
 )
 
@@ -135,6 +136,13 @@ def test_a_name_is_judged_by_the_model_of_its_judge():
     assert odds().of(rolled) is odds().rollouts
     said = odds().rollouts.probability(features(rolled))
     assert probability(rolled) == calibrated(said, odds().calibration) != probability(CLEAR)
+
+
+def test_two_that_do_as_well_have_half_of_their_calibrated_probability_each():
+    alone, tied = (CLEAR.but(identity=0.0, tests={**CLEAR.tests, "look_alikes": count}) for count in (0.0, 1.0))
+    assert share(tied) == 0.5
+    assert probability(tied) == pytest.approx(0.5 * probability(alone))
+    assert 0.4 < probability(tied) < 0.5
 
 
 @given(some.tuples(some.floats(-5.0, 5.0), some.floats(0.0, 5.0), some.floats(0.0, 5.0)))

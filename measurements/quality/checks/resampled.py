@@ -73,8 +73,12 @@ def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | N
 
 
 def _new(values: Sequence[Array]) -> NDArray[np.bool_]:
-    """Whether a record changes from the row before to each row."""
-    return np.append(True, np.logical_or.reduce([record[1:] != record[:-1] for record in values]))
+    """Whether a record changes from the row before to each row; records one by one, since a long log has many rows."""
+    fresh = np.zeros(values[0].size, dtype=bool)
+    fresh[0] = True
+    for record in values:
+        fresh[1:] |= record[1:] != record[:-1]
+    return fresh
 
 
 def _padding(time: Array, values: Sequence[Array], fresh: NDArray[np.bool_]) -> float:
