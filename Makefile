@@ -2,7 +2,7 @@
 # the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo shell test test-app lint bench docs everything clean
+.PHONY: help demo shell test test-app lint lint-tests bench docs everything clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
@@ -23,7 +23,7 @@ help:
 	@echo "make shell  open a shell in which 'undertow' is a command"
 	@echo "make test   run the tests"
 	@echo "make test-app   run the tests of the workbench in a browser, which is installed where there is none"
-	@echo "make lint   check style, format and types"
+	@echo "make lint   check style, format and types; make lint-tests the types of the tests"
 	@echo "make bench  build the site, run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
 	@echo "make clean  remove .venv, build leftovers and caches"
@@ -53,7 +53,11 @@ lint: $(READY)
 	@$(BIN)/ruff format --check
 	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 
-bench: $(READY) docs
+# Types of the tests, which say by running most of what types could: half of the time of all types, and not in .ci/run.
+lint-tests: $(READY)
+	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright --project tests
+
+bench: $(READY) docs lint-tests
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --all --cov --cov-report=
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script" || test $$? -eq 2; done  # 2: it wants a folder
 
