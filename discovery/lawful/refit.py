@@ -214,7 +214,11 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     # What the data do not show beyond noise stays as it was, beside what they show.
     shown = [k for k in free if normal[k, k] > 0.0]
     if not shown:
-        check_shown([rows[k][0] for k in free], np.diag(normal)[free])
+        raise RequestError(
+            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(rows[k][0] for k in free)}; see "
+            "with 'undertow inspect' whether every thruster has its own command and every sensor works, or give a "
+            "livelier log"
+        )
     normal, pull, rows = normal[np.ix_(shown, shown)], pull[shown], [rows[k] for k in shown]
     scale = 1.0 / np.sqrt(np.diag(normal))
     factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
@@ -398,23 +402,3 @@ def judge_passivity(
 def _union(a: Envelope, b: Envelope) -> Envelope:
     low, high = np.minimum(a.lower, b.lower).tolist(), np.maximum(a.upper, b.upper).tolist()
     return Envelope((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-
-
-def check_shown(symbols: Sequence[str], power: Array) -> None:
-    """Refuse parameters of which the data show nothing.
-
-    Parameters
-    ----------
-    symbols, power : names, and squared size of the columns (n,) without what sensor noise makes of them
-
-    Raises
-    ------
-    RequestError
-        naming those without any.
-    """
-    silent = [symbol for symbol, own in zip(symbols, power, strict=True) if not own > 0.0]
-    if silent:
-        raise RequestError(
-            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(silent)}; see with 'undertow "
-            "inspect' whether every thruster has its own command and every sensor works, or give a livelier log"
-        )
