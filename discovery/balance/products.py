@@ -8,7 +8,7 @@ the hull and the shapes of the thrusters.
 from abc import ABC, abstractmethod
 from collections import OrderedDict, deque
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache, partial, reduce
 from itertools import pairwise
 from typing import Any, NamedTuple, final
 
@@ -144,7 +144,8 @@ class Products(ABC):
             return self.response(key[2], vehicle.thrusters[key[2]].unit)[0]
         if key[0] == "load":
             return self.response(key[2], vehicle.thrusters[key[2]].unit)[1] * self.relative(vehicle)[0]
-        return self._multiplied(key[0], vehicle)
+        factors = (self._signal(factor, vehicle) for factor in key[0])
+        return reduce(np.multiply, factors, np.ones_like(self.velocity[0]))
 
     def relative(self, vehicle: Vehicle) -> tuple[Array, Array, Array]:
         """Velocities relative to the water [m/s, m/s, rad/s]."""
@@ -155,13 +156,6 @@ class Products(ABC):
                 self._waters.popitem(last=False)
         self._waters.move_to_end(key)
         return self._waters[key]
-
-    def _multiplied(self, factors: Sequence[str], vehicle: Vehicle) -> Array:
-        signals = [self._signal(factor, vehicle) for factor in factors]
-        value = signals[0] if signals else np.ones_like(self.velocity[0])
-        for signal in signals[1:]:
-            value = value * signal
-        return value
 
     def _signal(self, factor: str, vehicle: Vehicle) -> Array:
         """One factor along the rows."""
