@@ -323,8 +323,7 @@ class _Options:
         present = {*self.named(now), *self._scoring.nuisances, *barred}
         every = (o for key, options in self._all.items() if key not in present for o in options)
         new = [o for o in every if o.present and not self._reshaped(o)]
-        gains = self._scores.screen(list(now.values()), new)
-        return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]
+        return _promising(self._scores, now, new)[:most]
 
     def pruned(self, now: Chosen, known: Sequence[str], untold: Collection[str] = ()) -> Chosen:
         """The choice without effects that hardly earn anything or do not matter, the least first.
@@ -377,18 +376,12 @@ def changes(
     ----------
     kept_always : keys that are never dropped
     """
-    others = [key for key in linear.options if key not in now and key not in kept_always]
-    new = [option for key in others for option in linear.options[key][1:]]
-    loose = [key for key in now if key not in kept_always]
-    for drop in (None, *loose):
-        # A dropped effect leaves its offset behind: the columns were taken with it in place.
-        kept = dict(now) if drop is None else {key: o for key, o in now.items() if key != drop}
-        if drop is not None:
-            kept[drop] = linear.options[drop][1]
+    new = _additions(linear, now, kept_always)
+    for kept in (now, *_fewer(linear, now, kept_always)):
+        if kept is not now:
             yield kept
-        gains = scores.screen(list(kept.values()), new)
-        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
-            yield {**kept, new[n].key: new[n]}
+        for option in _promising(scores, kept, new)[:_PROMISING]:
+            yield {**kept, option.key: option}
     for key in now:
         for option in linear.options[key][2:]:
             yield {**now, key: option}
@@ -408,14 +401,24 @@ def split_effects(
     now : the option of each effect in the model, by key
     kept_always : keys that stay, nuisances
     """
-    others = [key for key in linear.options if key not in now and key not in kept_always]
-    new = [option for key in others for option in linear.options[key][1:]]
-    for gone in (key for key in now if key not in kept_always):
-        kept = {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
+    new = _additions(linear, now, kept_always)
+    for kept in _fewer(linear, now, kept_always):
         for one in _promising(scores, kept, new)[:_SPLIT]:
             for other in _promising(scores, {**kept, one.key: one}, new)[:_SPLIT]:
                 if one.key != other.key:
                     yield {**kept, one.key: one, other.key: other}
+
+
+def _additions(linear: Linearisation, now: Mapping[str, Option], kept_always: Sequence[str]) -> list[Option]:
+    """Every option of what is not in a model."""
+    others = (key for key in linear.options if key not in now and key not in kept_always)
+    return [option for key in others for option in linear.options[key][1:]]
+
+
+def _fewer(linear: Linearisation, now: Mapping[str, Option], kept_always: Sequence[str]) -> Iterator[dict[str, Option]]:
+    """A model without each of its effects, which leaves its offset behind: the columns were taken with it in place."""
+    for gone in (key for key in now if key not in kept_always):
+        yield {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
 
 
 def _promising(scores: GramScores, kept: Mapping[str, Option], new: Sequence[Option]) -> list[Option]:

@@ -7,6 +7,7 @@ floor is a share of the axis's force scale: what is smaller is not material.
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -272,18 +273,17 @@ class Scoring:
         unused = [c for c in self.pool if c.nuisance and c not in pool]
         if unused:
             vehicle = vehicle.with_values({s: self.nominal.value(s) for c in unused for s in c.symbols})
-        for _ in range(self.settings.refinements):
+        for refined in count():
             linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
-            moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            if has_converged(vehicle, moved, chosen):
-                return State(moved, tuple(active), fit, self.score(fit, chosen))
+            last, moved = refined == self.settings.refinements, vehicle
+            if not last:
+                moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
+            if last or has_converged(vehicle, moved, chosen):
+                break
             vehicle, error = moved, fit.in_sample
-        linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
-        chosen = [linear.options[key][0] for key in active]
-        fit = self.fit(scores, chosen)
-        return State(vehicle, tuple(active), fit, self.score(fit, chosen))
+        return State(moved, tuple(active), fit, self.score(fit, chosen))
 
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""
