@@ -269,16 +269,15 @@ def _fit(looked: SearchResult) -> LawfulFit:
     final = polish_on_rollouts(search, search.restrict(state, kept), kept, shooting)
     final = add_subthreshold(search, final, looked.subthreshold, shooting)
     untold = tuple(key for key in search.named(final.active) if key not in kept)
-    about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
-    linear, scores = about
-    chosen = [linear.options[key][0] for key in final.active]
+    linear, scores, now = search.about(final)
+    chosen = list(now.values())
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     found = intervals(search.balance, scores, search.pool, chosen, final.vehicle, basis.settings.seed)
     if set(kept) != set(search.named(state.active)):
-        far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        options = [far.options[key][0] for key in state.active]
+        _, wide, there = search.about(state)
+        options = list(there.values())
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, basis.settings.seed) | found
-    return LawfulFit(evidence, final, kept, untold, about, lawful, widen_delays(found, search.pool))
+    return LawfulFit(evidence, final, kept, untold, (linear, scores), lawful, widen_delays(found, search.pool))
 
 
 def _test(

@@ -264,8 +264,8 @@ def fit_in_order(
         search = _search(basis, form.refreshed(state.vehicle), pooled)
         state = search.evaluate(state.vehicle, state.active)
         state = search.reshape(polish_on_rollouts(search, state, state.active, basis.settings.shooting))
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    chosen = tuple(linear.options[key][0] for key in state.active)
+    _, scores, now = search.about(state)
+    chosen = tuple(now.values())
     lawful = lawful_model(basis.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     if run is not None and known is not None:
         lawful = _as_run(run, known.vehicle, lawful, whole=run.is_complete(names))
@@ -302,8 +302,7 @@ def _search(basis: Basis, form: Balance, groups: Sequence[Sequence[Candidate]]) 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:
     """The state with a candidate added in its best shape."""
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    now = {key: linear.options[key][0] for key in state.active}
+    linear, scores, now = search.about(state)
     present = [option for option in linear.options[candidate.key] if option.present]
     best = min(present, key=lambda option: search.score_linearised(scores, {**now, candidate.key: option}))
     return search.apply(state, now, {**now, candidate.key: best}, scores)

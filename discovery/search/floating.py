@@ -108,8 +108,7 @@ class Search(Scoring):
     def reshape(self, state: State) -> State:
         """Try other shapes of what is active, nothing added or dropped, until none is better."""
         for _ in range(self.settings.rounds):
-            linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
-            now = {key: linear.options[key][0] for key in state.active}
+            linear, scores, now = self.about(state)
             changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
             trials = sorted((score, n) for n, score in enumerate(self.score_all_linearised(scores, changes)))[:3]
             better = [self.apply(state, now, changes[n], scores) for _, n in trials]
@@ -127,8 +126,7 @@ class Search(Scoring):
         return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
 
     def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, roughly=True)
-        now = {key: linear.options[key][0] for key in state.active}
+        linear, scores, now = self.about(state, roughly=True)
         neighbours = list(changes(linear, scores, now, self.nuisances))
         quick = self.score_all_linearised(scores, neighbours, state.score - self.settings.margin)
         ranked = sorted((score, n) for n, score in enumerate(quick))
@@ -147,8 +145,7 @@ class Search(Scoring):
 
     def _split(self, state: State) -> State | None:
         """A better model with two effects in the place of one; None where there is none."""
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
-        now = {key: linear.options[key][0] for key in state.active}
+        linear, scores, now = self.about(state)
         neighbours = list(split_effects(linear, scores, now, self.nuisances))
         worth = state.score - self.settings.margin
         ranked = sorted(

@@ -172,6 +172,11 @@ class Scoring:
         weight = 1.0 / (np.maximum(remains, 0.0) + self.floor)  # cleared of noise, an error may be below nothing
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
 
+    def about(self, state: State, *, roughly: bool = False) -> tuple[Linearisation, GramScores, dict[str, Option]]:
+        """Columns and scores about a model, see `linearise`, and the option in which each of its effects stands."""
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, roughly=roughly)
+        return linear, scores, {key: linear.options[key][0] for key in state.active}
+
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
         """Fit a choice of options, held-out errors made comparable between models.
 
