@@ -196,7 +196,7 @@ class SurrogateTest:
     ) -> None:
         self._search, self._linear, self._scores, self._now = search, linear, scores, now
         self._gram = scores.gram.sum(axis=0)
-        self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
+        self._noise = scores.noise.sum(axis=0)
         self._total, self._blur = (np.einsum("a,aij->ij", scores.weight, gram) for gram in (self._gram, self._noise))
         self._copies = NoiseCopies(search.balance, linear.vehicle, seed)
 
