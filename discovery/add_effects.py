@@ -4,7 +4,7 @@
 made twice.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,7 +82,8 @@ def add_effects(
         error = np.sqrt((weak.residual(corrected) ** 2).mean(axis=0))
         noise = Search(weak, nominal, (), settings.search).noise_error
     if searched is not None and fitted.whole:
-        findings = _as_searched(searched, fitted)
+        unsure = [c.key for c in searched.added if c.verdict != "missing"]
+        findings = searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
         return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
     evidence = assess_candidates(search, state, settings.seed)
     if basis.uses_rollouts:
@@ -103,7 +104,9 @@ def add_effects(
         several=rollouts_of_several_logs(form),
     )
     claimed = gather_claims(added, search.pool, nominal, told, tests, kept)
-    asked, sure = dict(_added_by_name(searched, kept)), dict(_sure(searched, kept))
+    before = [one for one in searched.candidates if one.key in kept] if searched else []
+    asked = {e.key: _COULD_NOT if e.cannot_tell else _FOUND[e.verdict] for e in before if e.verdict in _FOUND}
+    sure = {e.key: e.confidence for e in before if e.verdict not in _FOUND}  # adding them again makes none surer
     grounds = VerdictInputs(
         search, lawful, corrected, added, told, kept, order, claimed, tests, added_by_name=asked, sure=sure
     )
@@ -130,26 +133,6 @@ def _headline(fitted: Fitted, unsure: Sequence[str]) -> str:
     beside = ", beside the model's own numbers" if any(label == CALIBRATED for label, _ in fitted.steps) else ""
     sure = f"; not certain: {listing([words(key) for key in unsure])}" if unsure else ""
     return f"Added by name: {named}{by}{beside}{sure}."
-
-
-def _as_searched(searched: Findings, fitted: Fitted) -> Findings:
-    """What a search says of all that stands in its model, where just that is added."""
-    unsure = [c.key for c in searched.added if c.verdict != "missing"]
-    return searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
-
-
-def _added_by_name(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """What a search said of effects that were asked for, by key, as the end of a sentence."""
-    for one in searched.candidates if searched else ():
-        if one.key in keys and one.verdict in _FOUND:
-            yield one.key, _COULD_NOT if one.cannot_tell else _FOUND[one.verdict]
-
-
-def _sure(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, float]]:
-    """How sure a search was of effects that it called missing or likely, by key: adding them again makes none surer."""
-    for one in searched.candidates if searched else ():
-        if one.key in keys and one.verdict not in _FOUND:
-            yield one.key, one.confidence
 
 
 @dataclass(frozen=True, slots=True, eq=False)

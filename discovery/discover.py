@@ -40,7 +40,7 @@ from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Criterion, Findings, OtherForm, PersistentResidual, SensorError
 from .lawful.refit import Lawful, judge_passivity, lawful_model
-from .run_models import FoldModels, add_stepwise, add_subthreshold, fold_models, refit_kept, too_short
+from .run_models import FoldModels, add_stepwise, add_subthreshold, fold_models, polish_on_rollouts, too_short
 from .search.estimation import Interval, intervals
 from .search.floating import State
 from .search.gram import GramScores
@@ -207,7 +207,7 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     """Fit the names that stand under the laws, test them, and say what is known of each."""
     basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
     model = _fit(looked)
-    told = add_stepwise(search, model.state, model.lawful.vehicle, CALIBRATED)
+    told = add_stepwise(search, model.state, model.lawful.vehicle)
     trim_memory()
     parts, envelope = folds_of(basis.forces.motions), model.lawful.passivity.envelope
     unseen = fold_models(search, parts, looked.state, model.state, model.about, told, envelope, model.subthreshold)
@@ -266,19 +266,18 @@ def _fit(looked: SearchResult) -> LawfulFit:
     shooting, nominal = basis.settings.shooting, basis.nominal
     evidence = list(looked.evidence)
     kept = tuple(e.key for e in evidence if e.stands)
-    final = refit_kept(search, state, kept, shooting)
+    final = polish_on_rollouts(search, search.restrict(state, kept), kept, shooting)
     final = add_subthreshold(search, final, looked.subthreshold, shooting)
     untold = tuple(key for key in search.named(final.active) if key not in kept)
-    about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
-    linear, scores = about
-    chosen = [linear.options[key][0] for key in final.active]
+    linear, scores, now = search.about(final)
+    chosen = list(now.values())
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     found = intervals(search.balance, scores, search.pool, chosen, final.vehicle, basis.settings.seed)
     if set(kept) != set(search.named(state.active)):
-        far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        options = [far.options[key][0] for key in state.active]
+        _, wide, there = search.about(state)
+        options = list(there.values())
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, basis.settings.seed) | found
-    return LawfulFit(evidence, final, kept, untold, about, lawful, widen_delays(found, search.pool))
+    return LawfulFit(evidence, final, kept, untold, (linear, scores), lawful, widen_delays(found, search.pool))
 
 
 def _test(

@@ -13,13 +13,12 @@ import numpy as np
 from pydantic import PlainSerializer, SerializerFunctionWrapHandler, model_serializer
 
 from ..measurements.statistics.processors import single_threaded
-from ..physics.effects import Effect
 from ..physics.errors import RequestError
 from ..physics.file_records import Number, Record
 from ..physics.forces import actuation, modelled_acceleration
 from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
-from ..physics.presentation import words
+from ..physics.presentation import listing, words
 from ..physics.stage import Say, Stage
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model
@@ -239,8 +238,7 @@ class Distilled(Record):
         names = [words(part.effect) for part in self.effects if part.verdict == "named"]
         if not names:
             return f"No named effect is found for sure in what {self.model} adds to {self.nominal}."
-        listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-        return f"Along this motion, what {self.model} adds to {self.nominal} holds {listed}."
+        return f"Along this motion, what {self.model} adds to {self.nominal} holds {listing(names)}."
 
     @property
     def sentences(self) -> list[str]:
@@ -305,20 +303,9 @@ def distil_model(
     claims = [np.asarray(model.acceleration(motion), dtype=float) for motion in motions]
     if not all(np.isfinite(claim).all() for claim in claims):
         raise RequestError(f"distil {model.name}: expected finite accelerations, got some that are not; train it again")
-    return _distilled(model, motions, claims, nominal, settings, say)
-
-
-def _distilled(
-    model: Model,
-    motions: Sequence[Motion],
-    claims: Sequence[Array],
-    nominal: Vehicle,
-    settings: DiscoverySettings,
-    say: Callable[[str], None],
-) -> Distilled:
     name, pool = model.name, candidates(nominal, measurable(motions))
-    if not model.remembers:
-        pool = tuple(candidate for candidate in pool if not _delays(candidate.effect))
+    if not model.remembers:  # no effect with a time constant, by which the force depends on what was before
+        pool = tuple(c for c in pool if not any(parameter.unit == "s" for parameter in c.parameters))
     basis = choose_balance(motions, nominal, settings, claims, pool)
     weak, search = basis.forces, basis.force_search
     correction = weak.residual(nominal)
@@ -370,11 +357,6 @@ def _distilled(
     return Distilled(model=name, nominal=nominal.name, axes=axes, effects=parts, unnamed=unnamed, seconds=seconds)
 
 
-def _delays(effect: Effect) -> bool:
-    """True when an effect makes the force depend on the motion or the command before: it has a time constant."""
-    return any(parameter.unit == "s" for parameter in effect.parameters)
-
-
 def _part(
     search: Search,
     state: State,
@@ -399,9 +381,8 @@ def _part(
 
 def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[str, tuple[FittedTerm, ...]]:
     """Numbers of everything in a model, with intervals, by key."""
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    chosen = [linear.options[key][0] for key in state.active]
-    ends = intervals(search.balance, scores, search.pool, chosen, state.vehicle, seed)
+    _, scores, now = search.about(state)
+    ends = intervals(search.balance, scores, search.pool, list(now.values()), state.vehicle, seed)
     pool = {candidate.key: candidate for candidate in search.pool}
     return {key: found_terms(pool[key], nominal, state.vehicle, ends) for key in state.active}
 

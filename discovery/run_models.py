@@ -42,18 +42,6 @@ def too_short(findings: Findings, blocks: int) -> Findings:
     return findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
 
 
-def refit_kept(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """The model with the kept effects alone, polished where rollouts judge.
-
-    Parameters
-    ----------
-    search, state : the search and the model that it ended with
-    kept : keys of the effects that stay
-    shooting : of the rollouts on which they are polished
-    """
-    return polish_on_rollouts(search, search.restrict(state, kept), kept, shooting)
-
-
 def add_subthreshold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
     """The kept effects with those beside them that the log cannot tell from nothing, where its unseen parts gain by it.
 
@@ -106,36 +94,28 @@ def polish_on_rollouts(search: Search, state: State, kept: Sequence[str], shooti
     return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
 
 
-def add_stepwise(
-    search: Search, final: State, corrected: Vehicle, calibrated: str
-) -> tuple[tuple[str | None, Vehicle], ...]:
+def add_stepwise(search: Search, final: State, corrected: Vehicle) -> tuple[tuple[str | None, Vehicle], ...]:
     """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted.
 
     Parameters
     ----------
     final : the model with the kept effects
     corrected : the vehicle that is written, for the last step
-    calibrated : name of the step that only calibrates
     """
     found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
     effects: Sequence[str] = search.named(final.active)
     if search.of_kind(search.nuisances, Kind.NUISANCE):
-        found.append((calibrated, without_effects(search, final) if effects else corrected))
+        found.append((CALIBRATED, without_effects(search, final) if effects else corrected))
     chosen: tuple[str, ...] = ()
+    fitted = partial(search.restrict, final)
     while len(chosen) < len(effects) - 1:
-        rest = [key for key in effects if key not in chosen]
-        more = partial(_add_one, search, final, chosen)
+        more: list[tuple[str, ...]] = [(*chosen, key) for key in effects if key not in chosen]
         # On the force balance a model is fitted before a process would be forked.
-        trials = [more(key) for key in rest] if search.balance.forces else parallel_map(more, rest)
-        best, key = min(zip(trials, rest, strict=True), key=lambda pair: pair[0].score)
-        chosen = (*chosen, key)
-        found.append((key, best.vehicle))
+        trials = list(map(fitted, more)) if search.balance.forces else parallel_map(fitted, more)
+        best, chosen = min(zip(trials, more, strict=True), key=lambda pair: pair[0].score)
+        found.append((chosen[-1], best.vehicle))
     found += [(key, corrected) for key in effects if key not in chosen]
     return tuple((label, without_offset(vehicle)) for label, vehicle in found)
-
-
-def _add_one(search: Search, final: State, chosen: tuple[str, ...], key: str) -> State:
-    return search.restrict(final, (*chosen, key))
 
 
 def without_offset(vehicle: Vehicle) -> Vehicle:
@@ -275,7 +255,7 @@ class FoldModels:
         return tuple(
             FoldRecord(
                 stretches=tuple((sources.index(source), begin, end) for source, begin, end in fold.stretches),
-                values={s: value for s, value in vehicle.values.items() if value != nominal.value(s)},
+                values=values_of_step(vehicle, nominal),
             )
             for fold, vehicle in zip(self.folds, last, strict=True)
         )

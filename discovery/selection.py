@@ -168,8 +168,7 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     form = basis.balance()
     basis.forces.forget()  # rollouts judge from here on
     say(Stage("searching the catalogue of effects on open-loop rollouts", SEARCHING))
-    search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
-    state = prune_weak(search, as_common_scale(search, whole))
+    search, whole, state = _search_rollouts(form, nominal, seen, basis.settings, say)
     limited: list[Candidate] = []
     first = search.named(state.active)
     while here := [
@@ -179,8 +178,7 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         say(Stage(f"trying without {listing([words(c.key) for c in here])}: the log asks for more than physics allows"))
         limited += here
         seen = [c for c in seen if c not in limited]
-        search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
-        state = prune_weak(search, as_common_scale(search, whole))
+        search, whole, state = _search_rollouts(form, nominal, seen, basis.settings, say)
     form = search.balance
     told_apart = [*seen, *limited]  # a manoeuvre may tell what stands at a limit from what stands in its place
     asked = Search(form, nominal, told_apart, search.settings) if limited else search
@@ -219,20 +217,21 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
 
 def _search_rollouts(
     form: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings, say: Say
-) -> tuple[Search, State]:
-    """Search from each start, then on with weights about the model that was found, until the names stay."""
+) -> tuple[Search, State, State]:
+    """Search from each start, then on with weights about the model that was found, until the names stay.
+
+    The search, the model that it ended with, and that without what cannot be told from nothing.
+    """
     how = replace(settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, pool, how)
     state = search.best_of([None, *_starts(search, settings.shooting)], say)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, pool, how)
-        again = search.run(start=state, progress=say)
-        same = set(again.active) == set(state.active)
-        state = again
-        if same:
+        before, state = state, search.run(start=state, progress=say)
+        if set(before.active) == set(state.active):
             break
-    return search, state
+    return search, state, prune_weak(search, as_common_scale(search, state))
 
 
 def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
@@ -300,7 +299,7 @@ def select(basis: Basis, say: Say) -> SearchResult:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    return finish(None if basis.uses_rollouts else search_forces(basis, say), basis, say)
+    return search_on_rollouts(basis, say) if basis.uses_rollouts else finish(search_forces(basis, say), say)
 
 
 def search_forces(basis: Basis, say: Say) -> ForceFit:
@@ -319,16 +318,8 @@ def search_forces(basis: Basis, say: Say) -> ForceFit:
     return ForceFit(basis, search, state, first.free, rehearsal, _rolling(basis, search, state))
 
 
-def finish(fit: ForceFit | None, basis: Basis, say: Say) -> SearchResult:
-    """The candidates weighed beside what the force balance found, or, where rollouts judge, searched on these.
-
-    Parameters
-    ----------
-    fit : on the force balance; None where that was not asked
-    basis : what judges a log whose force balance was not asked
-    """
-    if fit is None:
-        return search_on_rollouts(basis, say)
+def finish(fit: ForceFit, say: Say) -> SearchResult:
+    """The candidates weighed beside what the force balance found, or, where rollouts must judge, searched on these."""
     if fit.rolling is None:
         return _assess(fit, say)
     say(fit.rolling.why)

@@ -8,7 +8,6 @@ search runs again; its answer is kept where the errors earn their price.
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -117,25 +116,18 @@ _STAND_IN = 1.0 / 3.0
 an arm left three quarters, an arm that was there less than a sixth, of that which noise does not hide."""
 
 
-class SensorErrorSearch(NamedTuple):
-    """Result of a search, and the errors of the sensors that were taken out for it."""
-
-    result: SearchResult
-    errors: HiddenErrors | None = None
-
-
-def search_with_sensor_errors(basis: Basis, say: Say) -> SensorErrorSearch:
+def search_with_sensor_errors(basis: Basis, say: Say) -> tuple[SearchResult, HiddenErrors | None]:
     """Search with sensor errors among the causes, where the force balance asks for one; else without.
 
     Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
     forces explain without it. Where the log asks less plainly, nothing is corrected.
     """
     if basis.uses_rollouts or basis.forces.claimed:
-        return SensorErrorSearch(select(basis, say))
+        return select(basis, say), None
     fit = search_forces(basis, say)
     estimate = _asked(fit)
     corrected = None if estimate is None else _corrected(fit, estimate, say)
-    return corrected or SensorErrorSearch(finish(fit, basis, say))
+    return corrected or (finish(fit, say), None)
 
 
 def _asked(fit: ForceFit) -> Array | None:
@@ -162,7 +154,7 @@ def _stands_in(fit: ForceFit) -> bool:
     return _overfits(fit) or bool(why_no_hull(fit.search.nominal, fit.state.vehicle))
 
 
-def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | None:
+def _corrected(fit: ForceFit, estimate: Array, say: Say) -> tuple[SearchResult, HiddenErrors] | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
     None where that is no better, no simpler, or leaves what no noise explains: more than a stand-in would.
@@ -189,16 +181,17 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
         if after.state.score + paid > worth or not _simpler(fit, after, errors):
             break
         best, found, worth = after, errors, after.state.score + paid
-        end = min(parallel_map(partial(_end, after.search), (after.state, None)), key=lambda end: end.worth)
-        if np.abs(end.errors).max() < _SETTLED[basis.has_sensor_noise]:
+        ends = parallel_map(partial(_end, after.search), (after.state, None))
+        _, left = min(ends, key=lambda end: end[0])
+        if np.abs(left).max() < _SETTLED[basis.has_sensor_noise]:
             break
-        estimate = estimate + end.errors * _USUAL
+        estimate = estimate + left * _USUAL
     if best is None or _stands_in(best) or _leaves_too_much(fit, best, found):
         return None
     say("; ".join(error.sentence for error in found.findings))
-    looked = finish(best, best.basis, _quiet)
+    looked = finish(best, _quiet)
     notes = (*filter(None, [basis.part]), *looked.notes)
-    return SensorErrorSearch(replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes), found)
+    return replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes), found
 
 
 def _quiet(text: str) -> None:
@@ -245,17 +238,10 @@ def _fit_with_sensor_errors(search: Search, begin: State | None = None) -> Recor
     return search_with_record_errors(search, _columns(search, begin), begin)
 
 
-class _End(NamedTuple):
-    """Where a search beside errors of the sensors ends: its worth, and the errors."""
-
-    worth: float
-    errors: Array
-
-
-def _end(search: Search, begin: State | None) -> _End:
-    """See `_beside`; what another process can hand back."""
+def _end(search: Search, begin: State | None) -> tuple[float, Array]:
+    """The worth and the errors (3,) at which `_fit_with_sensor_errors` ends: what another process can hand back."""
     there = _fit_with_sensor_errors(search, begin)
-    return _End(there.worth(), there.errors)
+    return there.worth(), there.errors
 
 
 def _estimate(basis: Basis) -> Array | None:

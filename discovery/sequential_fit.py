@@ -140,15 +140,10 @@ def own_numbers(basis: Basis) -> FreeParameters:
     return result.seen([c for c in pool if not c.nuisance or basis.judges(c)])
 
 
-def judged_as(basis: Basis, run: RunModels | None) -> Basis:
-    """The basis of a log by rollouts, where a run of it was judged by them in the end."""
-    return basis.with_rollouts(LEAVES) if run is not None and run.rolls and not basis.uses_rollouts else basis
-
-
 def basis_for(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, searched: Findings | None
 ) -> Basis:
-    """The basis on which effects are added: that of their search, where there was one.
+    """The basis on which effects are added: by rollouts, too, where a search was judged by them in the end.
 
     Parameters
     ----------
@@ -157,7 +152,8 @@ def basis_for(
     settings : of discovery
     searched : findings of a search of these motions, if there was one
     """
-    return judged_as(choose_balance(motions, nominal, settings), RunModels.of(searched, nominal))
+    basis, run = choose_balance(motions, nominal, settings), RunModels.of(searched, nominal)
+    return basis.with_rollouts(LEAVES) if run is not None and run.rolls and not basis.uses_rollouts else basis
 
 
 def fit_named(
@@ -186,7 +182,8 @@ def fit_named(
     if run is None:
         return fit_in_order(basis, groups, begun, own)
     others = _groups(basis, run.names, free) if run.names else []
-    return fit_in_order(basis, [_found(group, run) for group in groups], begun, own, (run, others))
+    found = [[candidate for candidate in group if candidate.key in run.names] or group for group in groups]
+    return fit_in_order(basis, found, begun, own, (run, others))
 
 
 def _groups(basis: Basis, names: Sequence[str], free: FreeParameters | None) -> list[list[Candidate]]:
@@ -198,11 +195,6 @@ def _groups(basis: Basis, names: Sequence[str], free: FreeParameters | None) -> 
     if told:
         raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
     return [_kept(name, group, free.pool) for name, group in zip(names, groups, strict=True)]
-
-
-def _found(group: list[Candidate], run: RunModels) -> list[Candidate]:
-    """Of the candidates of a name those that stand in the model of a run, where any does."""
-    return [candidate for candidate in group if candidate.key in run.names] or group
 
 
 def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
@@ -272,8 +264,8 @@ def fit_in_order(
         search = _search(basis, form.refreshed(state.vehicle), pooled)
         state = search.evaluate(state.vehicle, state.active)
         state = search.reshape(polish_on_rollouts(search, state, state.active, basis.settings.shooting))
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    chosen = tuple(linear.options[key][0] for key in state.active)
+    _, scores, now = search.about(state)
+    chosen = tuple(now.values())
     lawful = lawful_model(basis.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     if run is not None and known is not None:
         lawful = _as_run(run, known.vehicle, lawful, whole=run.is_complete(names))
@@ -310,8 +302,7 @@ def _search(basis: Basis, form: Balance, groups: Sequence[Sequence[Candidate]]) 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:
     """The state with a candidate added in its best shape."""
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    now = {key: linear.options[key][0] for key in state.active}
+    linear, scores, now = search.about(state)
     present = [option for option in linear.options[candidate.key] if option.present]
     best = min(present, key=lambda option: search.score_linearised(scores, {**now, candidate.key: option}))
     return search.apply(state, now, {**now, candidate.key: best}, scores)

@@ -134,6 +134,10 @@ class Balance(ABC):
     block : (tests,) index of the contiguous block that each test belongs to
     independent : effective number of independent tests
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
+    tests : test functions for other motions than these
+    bins : number of successive tests at one place of the log; places are evenly spaced in time
+    overlap : number of rollouts of `squares` that run at any time
+    sources : source of each row of `squares`; none where they are not kept apart
     """
 
     unit: ClassVar[tuple[str, str, str]]
@@ -144,6 +148,10 @@ class Balance(ABC):
     block: np.ndarray
     independent: float
     noise: Array
+    tests: WeakSettings
+    bins: int
+    overlap: int
+    sources: list[str]
 
     @abstractmethod
     def residual(self, vehicle: Vehicle) -> Array:
@@ -190,11 +198,6 @@ class Balance(ABC):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
 
-    @property
-    @abstractmethod
-    def overlap(self) -> int:
-        """Number of rollouts of `squares` that run at any time."""
-
     @abstractmethod
     def largest_contribution(self, vehicle: Vehicle) -> Array:
         """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""
@@ -205,23 +208,8 @@ class Balance(ABC):
 
     @property
     @abstractmethod
-    def tests(self) -> WeakSettings:
-        """Test functions for other motions than these."""
-
-    @property
-    @abstractmethod
-    def bins(self) -> int:
-        """Number of successive tests at one place of the log; places are evenly spaced in time."""
-
-    @property
-    @abstractmethod
     def speeds(self) -> Array:
         """Mean measured velocity over ground at each test, (tests, 3) [m/s, m/s, rad/s]."""
-
-    @property
-    @abstractmethod
-    def sources(self) -> list[str]:
-        """Source of each row of `squares`."""
 
     @property
     @abstractmethod

@@ -8,7 +8,7 @@ the hull and the shapes of the thrusters.
 from abc import ABC, abstractmethod
 from collections import OrderedDict, deque
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache, partial, reduce
 from itertools import pairwise
 from typing import Any, NamedTuple, final
 
@@ -43,8 +43,10 @@ Key = tuple[Any, ...]
 """What a product is and depends on beside the rows: its factors or its name, the water or None, and the rest."""
 Part = tuple[Key, float, Vehicle]
 """A product, its coefficient, and a vehicle that it is worked out for."""
-Parts = tuple[dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]]]
-"""A sum of products on each axis."""
+Line = dict[Key, tuple[float, Vehicle]]
+"""A sum of products: the coefficient of each, and the vehicle that it is worked out for."""
+Parts = list[Line]
+"""A sum of products on each of three axes."""
 
 
 class Products(ABC):
@@ -68,7 +70,7 @@ class Products(ABC):
         minutes: Array,
         kept: tuple[int, int],
     ) -> None:
-        self.heading, self.velocity, self._air, self._minutes = heading, velocity, air, minutes
+        self.heading, self.velocity, self._air, self.minutes = heading, velocity, air, minutes
         self._still: Remembered[Array] = Remembered(cache_limit(kept[0], self.shape))
         self._flowing: Remembered[Array] = Remembered(cache_limit(kept[1], self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
@@ -142,24 +144,18 @@ class Products(ABC):
             return self.response(key[2], vehicle.thrusters[key[2]].unit)[0]
         if key[0] == "load":
             return self.response(key[2], vehicle.thrusters[key[2]].unit)[1] * self.relative(vehicle)[0]
-        return self._multiplied(key[0], vehicle)
+        factors = (self._signal(factor, vehicle) for factor in key[0])
+        return reduce(np.multiply, factors, np.ones_like(self.velocity[0]))
 
     def relative(self, vehicle: Vehicle) -> tuple[Array, Array, Array]:
         """Velocities relative to the water [m/s, m/s, rad/s]."""
         key = water(vehicle)
         if key not in self._waters:
-            self._waters[key] = relative_velocity(vehicle, self.heading, self.velocity, self._minutes)
+            self._waters[key] = relative_velocity(vehicle, self.heading, self.velocity, self.minutes)
             if len(self._waters) > _WATERS:
                 self._waters.popitem(last=False)
         self._waters.move_to_end(key)
         return self._waters[key]
-
-    def _multiplied(self, factors: Sequence[str], vehicle: Vehicle) -> Array:
-        signals = [self._signal(factor, vehicle) for factor in factors]
-        value = signals[0] if signals else np.ones_like(self.velocity[0])
-        for signal in signals[1:]:
-            value = value * signal
-        return value
 
     def _signal(self, factor: str, vehicle: Vehicle) -> Array:
         """One factor along the rows."""
@@ -167,7 +163,7 @@ class Products(ABC):
             turned = np.cos(self.heading) if factor == "cos psi" else np.sin(self.heading)
             return np.broadcast_to(turned, self.velocity[0].shape)
         if factor == "t":
-            return np.broadcast_to(self._minutes, self.velocity[0].shape)
+            return np.broadcast_to(self.minutes, self.velocity[0].shape)
         if factor in _WIND:
             still = np.zeros_like(self.heading)
             ahead, starboard = apparent_wind(self.heading, self.velocity[:2], self._air or (still, still))
@@ -182,13 +178,11 @@ class Products(ABC):
 
 def merge_products(rows: Sequence[Sequence[Part]]) -> Parts:
     """Summands of one product, on one axis, as one."""
-    found: list[dict[Key, tuple[float, Vehicle]]] = []
-    for row in rows:
-        line: dict[Key, tuple[float, Vehicle]] = {}
+    found: Parts = [{} for _ in rows]
+    for line, row in zip(found, rows, strict=True):
         for key, coefficient, vehicle in row:
             line[key] = (coefficient + line[key][0] if key in line else coefficient, vehicle)
-        found.append(line)
-    return found[0], found[1], found[2]
+    return found
 
 
 def subtract_products(one: Parts, other: Parts) -> Parts:
@@ -196,13 +190,13 @@ def subtract_products(one: Parts, other: Parts) -> Parts:
 
     What a thruster does in both stands side by side, so that two shapes which push alike in a log cancel to the bit.
     """
-    found: list[dict[Key, tuple[float, Vehicle]]] = []
+    found: Parts = []
     for left, right in zip(one, other, strict=True):
         rest = {key: (part[0] - right[key][0] if key in right else part[0], part[1]) for key, part in left.items()}
         rest |= {key: (-part[0], part[1]) for key, part in right.items() if key not in left}
         apart = [(key, part) for key, part in rest.items() if part[0] != 0.0]
         found.append(dict(sorted(apart, key=_of_thruster)))
-    return found[0], found[1], found[2]
+    return found
 
 
 def _of_thruster(item: tuple[Key, tuple[float, Vehicle]]) -> int:
@@ -317,7 +311,7 @@ class TestedTerms(Products):
         still, flowing = (
             [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
         )
-        total = self.summed((still[0], still[1], still[2]))
+        total = self.summed(still)
         wanted: dict[Key, list[tuple[int, float, Vehicle]]] = {}
         for axis, line in enumerate(flowing):
             for key, (coefficient, vehicle) in line.items():
@@ -344,11 +338,12 @@ class TestedTerms(Products):
             without, within = (about.with_values({symbol: value}) for value in (0.0, 1.0))
             parts = self._units[symbol, *beside] = subtract_products(self._balance(without), self._balance(within))
         flow = water(about)
-        surge, sway, yaw = (
-            {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
-            for line in parts
+        return self.summed(
+            [
+                {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
+                for line in parts
+            ]
         )
-        return self.summed((surge, sway, yaw))
 
     def _balance(self, vehicle: Vehicle) -> Parts:
         for known, parts in self._known:
@@ -411,11 +406,6 @@ class TestedTerms(Products):
 
         return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
 
-    @property
-    def of_rows(self) -> tuple[Array, Array]:
-        """Heading [rad] and minutes since the beginning of the log, (rows,) each."""
-        return self.heading, self._minutes
-
     def _rate(self, axis: int, vehicle: Vehicle) -> Array:
         """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
         if self._claim is None:
@@ -437,7 +427,7 @@ class TestedTerms(Products):
             rows = [self.velocity[axis]]
             if axis < 2:
                 turned = [earth_to_body(self.heading, *unit)[axis][None] for unit in ((1.0, 0.0), (0.0, 1.0))]
-                rows += [*turned, *(self._minutes * one for one in turned)]
+                rows += [*turned, *(self.minutes * one for one in turned)]
             self._known_rates[axis] = tuple(-self._test(one, weights) for one in rows)
         return self._known_rates[axis]
 

@@ -5,18 +5,20 @@ the base model's states and A = da/dnu; in wind or current the heading is a stat
 computed once a model, so that each candidate column costs a few products.
 """
 
-from dataclasses import dataclass
-from typing import Protocol, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from ...physics.forces import ForceEquation, Triple, relative_velocity
+from ...physics.forces import ForceEquation, relative_velocity
 from ...physics.momentum_balance import balances, mass_matrix
 from ...physics.motion import Array
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .products import Products, merge_products, subtract_products, water
 from .starts import Rollings
+
+if TYPE_CHECKING:
+    from .shooting import Shooting
 
 
 @final
@@ -101,27 +103,10 @@ _KEPT = (60, 60)
 """Products that are kept: those of one model, for the next one has other rollouts."""
 
 
-class Rolled(Protocol):
-    """What a tangent asks of the rollouts that it is laid along; see `shooting.Shooting`."""
-
-    @property
-    def data(self) -> Rollings:
-        """What no vehicle changes."""
-        ...
-
-    def with_noise(self, balance: Array) -> Array:
-        """A balance and its noisier copy, (2, tests, 3)."""
-        ...
-
-    def finished(self, errors: Array) -> Array:
-        """Errors (bins, 3, starts) as rows (tests, 3)."""
-        ...
-
-
 class Tangent:
     """The balance of a shooting form for models near a base model."""
 
-    def __init__(self, form: "Rolled", base: Vehicle) -> None:
+    def __init__(self, form: "Shooting", base: Vehicle) -> None:
         self.form, self.base = form, base
         data = form.data
         self._states = data.states(base)
@@ -148,20 +133,8 @@ class Tangent:
     def _change(self, one: Vehicle, other: Vehicle) -> Array:
         """What one model's rollouts add to another's, (bins, 3, starts)."""
         if self._spread is None:
-            self._spread = _propagation(self.form.data, self.base, self._states)
+            self._spread = propagation(self.form.data, self.base, self._states)
         return self._spread.binned(self._products.added(one, other))
-
-
-def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
-    """Sensitivity of velocities along rollouts to the start velocity, (steps + 1, 3, 3, starts).
-
-    Parameters
-    ----------
-    data : the rollouts, their starts and bins
-    vehicle : the model that was rolled out
-    states : psi, u, v, r along its rollouts (starts, steps + 1, 4) [rad, m/s, m/s, rad/s]
-    """
-    return _propagation(data, vehicle, states).transitions()
 
 
 @final
@@ -209,51 +182,6 @@ class _RolloutTerms(Products):
         return self._data.response(index, unit)
 
 
-@dataclass(frozen=True, slots=True)
-class _Along:
-    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust, loss and air."""
-
-    equation: ForceEquation
-    heading: Array
-    velocity: Triple
-    memory: tuple[Array, Array] | None
-    thrust: Array
-    load: Array | None
-    air: tuple[Array, Array] | None
-    minutes: Array
-
-    def acceleration(self, heading: Array, velocity: Triple) -> Array:
-        """(3, steps + 1, starts) at other headings and velocities, everything else the same."""
-        relative = relative_velocity(self.equation.vehicle, heading, velocity, self.minutes)
-        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air, self.minutes)
-        return np.stack(self.equation.acceleration(force, relative, velocity, heading))
-
-    def derivative(self, state: int) -> Array:
-        """(3, steps + 1, starts) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
-        ends = []
-        for step in (_STEP, -_STEP):
-            u, v, r, heading = (x + step * (k == state) for k, x in enumerate((*self.velocity, self.heading)))
-            ends.append(self.acceleration(heading, (u, v, r)))
-        return (ends[0] - ends[1]) / (2.0 * _STEP)
-
-
-def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
-    equation = ForceEquation(vehicle)
-    thrust, load = data.inputs(vehicle)
-    heading = states[:, :, 0].T
-    velocity = (states[:, :, 1].T, states[:, :, 2].T, states[:, :, 3].T)
-    memory = None
-    if equation.has_memory:
-        _, sway, rate = relative_velocity(vehicle, heading, velocity, data.minutes)
-        begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
-        memory = (
-            _remembered(sway, begin[:, 0], constant, data.step),
-            _remembered(rate, begin[:, 1], constant, data.step),
-        )
-    air = None if data.air is None else (data.air[0], data.air[1])
-    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air, data.minutes)
-
-
 def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:
     """T q' = x - q along the first axis of (n, starts), x linear between samples, from q = begin (starts,)."""
     a = float(np.exp(-step / constant))
@@ -266,24 +194,53 @@ def _remembered(series: Array, begin: Array, constant: float, step: float) -> Ar
     return result
 
 
-def _propagation(data: Rollings, vehicle: Vehicle, states: Array) -> Propagation:
+def propagation(data: Rollings, vehicle: Vehicle, states: Array) -> Propagation:
     """The linearised rollouts of a model.
 
     Their states are the velocities, the wake memory's two where there is one, and the heading where wind or current
     make the forces depend on it: n = 3 to 6.
+
+    Parameters
+    ----------
+    data : the rollouts, their starts and bins
+    vehicle : the model that was rolled out
+    states : psi, u, v, r along its rollouts (starts, steps + 1, 4) [rad, m/s, m/s, rad/s]
     """
-    along = _along(data, vehicle, states)
+    equation, (thrust, load) = ForceEquation(vehicle), data.inputs(vehicle)
+    lost, air = load if load.any() else None, None if data.air is None else (data.air[0], data.air[1])
+    heading, *velocity = states.transpose(2, 1, 0)
+    constant, memory = vehicle.values["memory_time"], None
+    if equation.has_memory:
+        u, v, r = velocity
+        followed = relative_velocity(vehicle, heading, (u, v, r), data.minutes)[1:]
+        begun = zip(followed, data.memory(vehicle).T, strict=True)
+        sway, rate = (_remembered(series, begin, constant, data.step) for series, begin in begun)
+        memory = sway, rate
+
+    def acceleration(u: Array, v: Array, r: Array, turned: Array) -> Array:
+        """(3, steps + 1, starts) at other velocities and headings, everything else the same."""
+        relative = relative_velocity(vehicle, turned, (u, v, r), data.minutes)
+        force = equation.force(relative, turned, thrust, lost, memory, air, data.minutes)
+        return np.stack(equation.acceleration(force, relative, (u, v, r), turned))
+
+    def derivative(state: int) -> Array:
+        """(3, steps + 1, starts) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
+        ends = [
+            acceleration(*(x + step * (k == state) for k, x in enumerate((*velocity, heading))))
+            for step in (_STEP, -_STEP)
+        ]
+        return (ends[0] - ends[1]) / (2.0 * _STEP)
+
     with np.errstate(over="ignore", invalid="ignore"):
-        by_heading = along.derivative(3) if along.equation.turns else np.zeros(0)
+        by_heading = derivative(3) if equation.turns else np.zeros(0)
         turns = bool(by_heading.any())
-        n = 3 + 2 * (along.memory is not None) + turns
-        jacobian = np.zeros((n, n, *along.heading.shape))
+        n = 3 + 2 * (memory is not None) + turns
+        jacobian = np.zeros((n, n, *heading.shape))
         for k in range(3):
-            jacobian[:3, k] = along.derivative(k)
-    if along.memory is not None:
-        constant = vehicle.values["memory_time"]
-        for j, gain in enumerate(along.equation.memory):
-            jacobian[:3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j, None, None]
+            jacobian[:3, k] = derivative(k)
+    if memory is not None:
+        for j, gain in enumerate(equation.memory):
+            jacobian[:3, 3 + j] = -gain * equation.inverse_mass[:, 1 + j, None, None]
             jacobian[3 + j, 1 + j] = 1.0 / constant
             jacobian[3 + j, 3 + j] = -1.0 / constant
     if turns:

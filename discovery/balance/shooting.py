@@ -18,7 +18,7 @@ from ...physics.integration import Legs, rollouts
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
-from .sensitivity import Tangent, transitions
+from .sensitivity import Tangent, propagation
 from .starts import (
     HORIZON,
     LEAST_BLOCKS,
@@ -158,6 +158,7 @@ class Shooting(Balance):
     ----------
     block : no block holds rollouts of two logs
     independent : rollouts scored, those that overlap counted once
+    data : what no vehicle changes
 
     Parameters
     ----------
@@ -186,9 +187,11 @@ class Shooting(Balance):
         followed: Array | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
-        self._data = data = laid or lay_out_rollouts(motions, about, self.settings)
+        self.data = data = laid or lay_out_rollouts(motions, about, self.settings)
         self.motions, self.noise = data.motions, data.noise
-        bins = data.measured.shape[0]
+        self.tests, self.overlap = WeakSettings(), rollout_overlap(self.settings.horizon, self.settings.spacing)
+        self.sources = [m.source for m, rows in zip(data.motions, data.starts, strict=True) for _ in rows]
+        self.bins = bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
@@ -202,7 +205,7 @@ class Shooting(Balance):
         usual = [spread(error[:, a][seen[:, a]]) if seen[:, a].any() else 0.0 for a in range(3)]
         self.scale = np.maximum(np.array(usual), floor)
         quiet = bool((data.noise < LEAST_NOISE).all()) and not self.settings.free_starts
-        moved = None if quiet else data.binned(transitions(data, about, states))
+        moved = None if quiet else data.binned(propagation(data, about, states).transitions())
         self._whitener = self._whitening(moved, self._turned(about, error)) if self.settings.whiten else None
         robust = self._robust(error)
         self._followed = robust if followed is None else np.minimum(robust, followed)
@@ -212,16 +215,15 @@ class Shooting(Balance):
     @property
     def reach(self) -> tuple[np.ndarray, Array, Array]:
         """See `Balance.reach`: a whole rollout, for errors of its start are taken out of every bin."""
-        data = self._data
-        bins = data.measured.shape[0]
+        data = self.data
         number = np.repeat(np.arange(len(data.starts)), [rows.size for rows in data.starts])
         begin = np.concatenate([m.time[rows] for m, rows in zip(data.motions, data.starts, strict=True)])
-        first = np.repeat(begin, bins)
-        return np.repeat(number, bins), first, first + data.steps * data.step
+        first = np.repeat(begin, self.bins)
+        return np.repeat(number, self.bins), first, first + data.steps * data.step
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
-        return Shooting(self.motions, about, self.settings, self._data, self._followed)
+        return Shooting(self.motions, about, self.settings, self.data, self._followed)
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
@@ -229,19 +231,9 @@ class Shooting(Balance):
         memo: Remembered[Array] = Remembered(cache_limit(MANY, tangent.balances(vehicle).shape))
         return Neighbourhood(tangent.balances, tangent.difference, memo, step_share=_STEP_SHARE)
 
-    @property
-    def tests(self) -> WeakSettings:
-        """The usual ones: rollouts have none of their own."""
-        return WeakSettings()
-
-    @property
-    def data(self) -> Rollings:
-        """What no vehicle changes."""
-        return self._data
-
     def residual(self, vehicle: Vehicle) -> Array:
         """Measured minus predicted velocity, (tests, 3) [m/s, m/s, rad/s]; zero for a perfect model and log."""
-        return self.finished(self._errors(self._data.states(vehicle)))
+        return self.finished(self._errors(self.data.states(vehicle)))
 
     def noisy_residuals(self, vehicle: Vehicle) -> Array:
         """The balance, and the same with sensor noise added once more, (2, tests, 3).
@@ -258,7 +250,7 @@ class Shooting(Balance):
 
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [m/s, m/s, rad/s]."""
-        data = self._data.recorded(motions)
+        data = self.data.recorded(motions)
         return self.finished(self._errors(data.states(vehicle), data.measured))
 
     def with_noise(self, balance: Array) -> Array:
@@ -283,7 +275,7 @@ class Shooting(Balance):
             return None
         found = []
         for name in _DEVIATIONS:
-            other = self._data.recorded([corrected_for(motion, {name: _TURN}) for motion in self._data.motions])
+            other = self.data.recorded([corrected_for(motion, {name: _TURN}) for motion in self.data.motions])
             found.append((self._errors(other.states(about), other.measured) - error) * (self.settings.turned / _TURN))
         moved = np.stack(found, axis=3)
         return moved if np.isfinite(moved).all() else None
@@ -308,32 +300,17 @@ class Shooting(Balance):
 
     def squares(self, vehicle: Vehicle) -> Array:
         """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
-        bins, _, starts = self._data.measured.shape
+        bins, _, starts = self.data.measured.shape
         return (self.residual(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
-
-    @property
-    def overlap(self) -> int:
-        """As many as the settings lay over each other."""
-        return rollout_overlap(self.settings.horizon, self.settings.spacing)
-
-    @property
-    def bins(self) -> int:
-        """Those of a rollout."""
-        return int(self._data.measured.shape[0])
 
     @property
     def speeds(self) -> Array:
         """Those of the bins."""
-        return self._rows(self._data.measured)
-
-    @property
-    def sources(self) -> list[str]:
-        """Where each rollout comes from."""
-        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
+        return self._rows(self.data.measured)
 
     def largest_contribution(self, vehicle: Vehicle) -> Array:
         """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""
-        data = self._data
+        data = self.data
         change = data.measured - data.initial[:, 1:].T
         thrust = self._errors(data.states(vehicle.with_values({"thrust_scale": 0.0}))) - self._errors(
             data.states(vehicle)
@@ -341,8 +318,8 @@ class Shooting(Balance):
         return self._rows(np.maximum(np.abs(change), np.abs(thrust)) * self._weight)
 
     def _errors(self, states: Array, measured: Array | None = None) -> Array:
-        predicted = self._data.binned(states[:, :, 1:].transpose(1, 2, 0))
-        return (self._data.measured if measured is None else measured) - predicted
+        predicted = self.data.binned(states[:, :, 1:].transpose(1, 2, 0))
+        return (self.data.measured if measured is None else measured) - predicted
 
     @staticmethod
     def _rows(values: Array) -> Array:
@@ -353,7 +330,7 @@ class Shooting(Balance):
         """Weight of each start (starts,), 1 for one that the model follows (soft-L1)."""
         if not np.isfinite(self.settings.robust):
             return np.ones(error.shape[2])
-        scored = self._data.weight
+        scored = self.data.weight
         size = (scored * (error / self.scale[None, :, None]) ** 2).sum(axis=(0, 1)) / np.maximum(
             scored.sum(axis=(0, 1)), 1e-9
         )
@@ -361,7 +338,7 @@ class Shooting(Balance):
 
     def _drawn_noise(self, spread: Array | None) -> Array:
         """Sensor noise of the bins, and what that of the starts makes of the rollouts, (bins, 3, starts)."""
-        data = self._data
+        data = self.data
         bins, _, starts = data.measured.shape
         rng = np.random.default_rng(_NOISE_SEED)
         noise = (rng.standard_normal((starts, bins, 3)) * data.noise / np.sqrt(data.per_bin)).transpose(1, 2, 0)
@@ -376,7 +353,7 @@ class Shooting(Balance):
         N is the start's noise, S how it spreads, and t what the compass may make of the rollout, as a normal error of
         each (generalised least squares; Ljung 1999, section 7.4). None where neither is.
         """
-        start = self._data.noise
+        start = self.data.noise
         if self.settings.free_starts:
             start = np.maximum(start, _FREE * self.scale)
         parts = [] if spread is None else [spread.transpose(3, 0, 1, 2) * (start / self.scale[:, None])]

@@ -208,7 +208,7 @@ def lay_out_rollouts(motions: Sequence[Motion], vehicle: Vehicle, settings: Shoo
     step = coarsest * max(1, round(settings.step / coarsest))
     per_bin = max(1, round(settings.bin / step))
     steps = per_bin * max(1, round(settings.horizon / (per_bin * step)))
-    kept, starts, strides, masks, initial, measured, weight = [], [], [], [], [], [], []
+    kept, starts, strides, masks, initial, measured, weight, windows, air = [], [], [], [], [], [], [], [], []
     for motion in motions:
         stride = max(1, round(step / motion.time_step))
         if abs(stride * motion.time_step - step) > _ROUNDING * step:
@@ -224,11 +224,16 @@ def lay_out_rollouts(motions: Sequence[Motion], vehicle: Vehicle, settings: Shoo
         used = (share > 0).any(axis=(1, 2))
         if not used.any():
             continue
+        begun = rows[used]
+        window = begun + stride * np.arange(steps + 1)[:, None]
+        windows.append(sum(before.time.size for before in kept) + window)
+        blown = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air  # still without an anemometer
+        air.append(_thinned(blown.T, stride)[:, window])
         kept.append(motion)
-        starts.append(rows[used])
+        starts.append(begun)
         strides.append(stride)
         masks.append(counted)
-        initial.append(np.column_stack([motion.heading, _calm(motion)])[rows[used]])
+        initial.append(np.column_stack([motion.heading, _calm(motion)])[begun])
         measured.append(mean[used].transpose(1, 2, 0))
         weight.append(share[used].transpose(1, 2, 0))
     count = sum(rows.size for rows in starts)
@@ -249,9 +254,9 @@ def lay_out_rollouts(motions: Sequence[Motion], vehicle: Vehicle, settings: Shoo
         np.concatenate(weight, axis=2),
         sensor_noise(kept),
         LateForces(kept),
-        _windows(kept, starts, strides, steps),
+        np.concatenate(windows, axis=1),
         tuple(masks),
-        _air(kept, starts, strides, steps),
+        None if all(motion.air is None for motion in kept) else np.concatenate(air, axis=2),
     )
 
 
@@ -271,29 +276,6 @@ def _bins(motion: Motion, counted: Array, rows: np.ndarray, sizes: tuple[int, in
     value, seen, share = (_thinned(x.T, stride).T[window].reshape(shape) for x in series)
     total = share.sum(axis=2)
     return np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2)), total / per_bin
-
-
-def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
-    """Rows of a motion along its rollouts, (steps + 1, starts)."""
-    return starts[None, :] + stride * np.arange(steps + 1)[:, None]
-
-
-def _windows(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> np.ndarray:
-    """Rows of all motions along their rollouts, (steps + 1, starts)."""
-    begin = np.cumsum([0, *(motion.time.size for motion in motions[:-1])])
-    ways = zip(begin, starts, strides, strict=True)
-    return np.concatenate([first + _window(rows, stride, steps) for first, rows, stride in ways], axis=1)
-
-
-def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:
-    """Velocity of the air along all rollouts, (2, steps + 1, starts); still in a log without an anemometer."""
-    if all(m.air is None for m in motions):
-        return None
-    found = []
-    for motion, rows, stride in zip(motions, starts, strides, strict=True):
-        air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
-        found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
-    return np.concatenate(found, axis=2)
 
 
 def _clean(motion: Motion) -> np.ndarray:

@@ -124,7 +124,8 @@ class WeakForm(Balance):
         claims: Sequence[Array] | None = None,
         like: "WeakForm | None" = None,
     ) -> None:
-        self.settings = settings
+        self.settings = self.tests = settings
+        self.bins, self.overlap, self.sources = 1, rollout_overlap(HORIZON), []
         self.motions = tuple(motions)
         if not self.motions:
             raise RequestError("weak form: expected at least one motion, got none; give a log")
@@ -215,29 +216,9 @@ class WeakForm(Balance):
         return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
 
     @property
-    def overlap(self) -> int:
-        """Two, of 5 s every 2.5 s."""
-        return rollout_overlap(HORIZON)
-
-    @property
-    def tests(self) -> WeakSettings:
-        """Those of this form."""
-        return self.settings
-
-    @property
-    def bins(self) -> int:
-        """One: each test function has a place of its own."""
-        return 1
-
-    @property
     def speeds(self) -> Array:
         """Passed through the test functions."""
         return self.average([motion.velocity for motion in self.motions])
-
-    @property
-    def sources(self) -> list[str]:
-        """None are kept apart."""
-        return []
 
     def signals(self, vehicle: Vehicle) -> tuple[tuple[Array, Array, Array], list[Array], Array, Array, Array]:
         """What forces follow, along the rows of all motions.
@@ -249,7 +230,7 @@ class WeakForm(Balance):
         terms = self._terms
         thrusts = [terms.response(index, thruster)[0][0] for index, thruster in enumerate(vehicle.thrusters)]
         place = np.concatenate([motion.position for motion in self.motions]).T
-        return terms.relative(vehicle), thrusts, *terms.of_rows, place
+        return terms.relative(vehicle), thrusts, terms.heading, terms.minutes, place
 
     def passed(self, rows: Array) -> Array:
         """Series along the rows of all motions (..., rows) through the test functions, (..., tests)."""

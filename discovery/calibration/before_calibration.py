@@ -215,9 +215,6 @@ def prepare_calibration(
         about = polish(basis.motions, nominal, visible, shooting).vehicle
         known = identified(basis.balance(about, shooting), about, visible, settings.search)
     if not known.symbols:
-        raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
+        told = "; ".join(f"{symbol}: {why}" for symbol, why in known.reasons.items())
+        raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {told}")
     return CalibrationSetup(basis, weak, known)
-
-
-def _listed(known: Identified) -> str:
-    return "; ".join(f"{symbol}: {why}" for symbol, why in known.reasons.items())

@@ -77,8 +77,8 @@ class Steps:
         weak = WeakForm(motions, self.settings.weak)
         search = Search(weak, self.nominal, self.pool, replace(self.settings.search, refinements=_ROUNDS))
         state = search.reshape(search.evaluate(self.nominal, ()))
-        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        chosen = [linear.options[key][0] for key in state.active]
+        linear, scores, now = search.about(state)
+        chosen = list(now.values())
         lawful, unseen = self._lawful(motions, weak, linear, scores, chosen, folds)
         return Fitted(lawful, intervals(weak, scores, self.pool, chosen, state.vehicle, self.settings.seed), unseen)
 
@@ -111,17 +111,14 @@ class Steps:
         folds: Sequence[Fold],
     ) -> tuple[Lawful, tuple[tuple[Fold, Vehicle], ...]]:
         """The lawful fit, and by a Gauss-Newton step from it vehicles fitted without each fold, under the same laws."""
-        lawful, unseen = lawful_model(motions, scores, chosen, self.nominal, _name(self.nominal)), []
+        name = f"{self.nominal.name.removesuffix(SUFFIX)}{SUFFIX}"
+        lawful, unseen = lawful_model(motions, scores, chosen, self.nominal, name), []
         for fold in folds:
             seen = scores_without_fold(balance, linear, scores, fold)
             shown = hold_unseen(seen, chosen, self.nominal)
             fit = passive_refit(seen, shown, lawful.vehicle, lawful.passivity.envelope)
             unseen.append((fold, lawful.vehicle.with_values(fit.values)))
         return lawful, tuple(unseen)
-
-
-def _name(nominal: Vehicle) -> str:
-    return nominal.name if nominal.name.endswith(SUFFIX) else f"{nominal.name}{SUFFIX}"
 
 
 QUARTERS = 4

@@ -70,10 +70,10 @@ class Candidate:
         return self.key in kept or (self.nuisance and not any(key in kept for key in self.part_of))
 
 
-def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:
+def measurable(motions: Sequence[Motion]) -> tuple[Effect, ...]:
     """The effects whose channels are in all motions: without an anemometer, no apparent wind."""
     windless = any(motion.air is None for motion in motions)
-    return tuple(effect for effect in effects if not (windless and effect.channels))
+    return tuple(effect for effect in EFFECTS if not (windless and effect.channels))
 
 
 def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
@@ -219,8 +219,8 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
     """Candidates for parameters to be calibrated: one each, but one for an effect with both shape and amplitude."""
     found: dict[str, Candidate] = {}
     for symbol in symbols:
-        parameter = _of(vehicle, symbol)
-        effect = _effect_of(symbol)
+        parameter = replace(vehicle.parameter(symbol), symbol=symbol)  # with the thruster's name in it
+        effect = next((e for e in EFFECTS if symbol in PARAMETERS and symbol in e.symbols), None)
         if effect is not None and effect.shapes and effect.amplitudes:
             parameters = tuple(p for p in effect.parameters if p.symbol in symbols)
             name = effect.name
@@ -261,14 +261,3 @@ def remaining_candidates(pool: Sequence[Candidate], freed: Sequence[str]) -> tup
         if whole or (parameters and not candidate.effect.shapes):
             left.append(candidate if whole else replace(candidate, parameters=parameters))
     return tuple(left)
-
-
-def _of(vehicle: Vehicle, symbol: str) -> Parameter:
-    parameter = vehicle.parameter(symbol)
-    if "{" not in parameter.symbol:
-        return parameter
-    return replace(parameter, symbol=symbol)
-
-
-def _effect_of(symbol: str) -> Effect | None:
-    return next((e for e in EFFECTS if symbol in PARAMETERS and symbol in e.symbols), None)

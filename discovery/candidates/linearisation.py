@@ -7,6 +7,7 @@ each starting value: a fixed offset of the force and the derivative about it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,16 @@ _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
 values is met."""
 _ROUGH = 0.02
 """To which a model near by is rounded [m/s, s, 1]: columns change by some two per cent, which ranks no neighbour."""
+
+
+class FreeNumber(NamedTuple):
+    """A number of an option that is fitted: its column, where it starts, and limits of its change from there."""
+
+    symbol: str
+    start: float
+    column: int
+    lower: float
+    upper: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +67,12 @@ class Option:
     offset: int
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+
+    @property
+    def numbers(self) -> list[FreeNumber]:
+        """The numbers that are fitted; none of what is absent."""
+        rows = zip(self.symbols, self.start, self.free, self.lower, self.upper, strict=self.present)
+        return [number for number in map(FreeNumber._make, rows) if number.column >= 0]
 
 
 class Linearisation:
@@ -99,7 +116,7 @@ class Linearisation:
         self._columns: list[Array] = []
         self.options: dict[str, tuple[Option, ...]] = {}
         for candidate in pool:
-            absent = {p.symbol: nominal.value(p.symbol) for p in candidate.parameters}
+            absent, shapes = {p.symbol: nominal.value(p.symbol) for p in candidate.parameters}, candidate.effect.shapes
             if candidate.key in active:
                 now = tuple(vehicle.value(s) for s in candidate.symbols)
                 here = self._present(candidate, vehicle, now, -1)
@@ -107,16 +124,13 @@ class Linearisation:
                     self.options[candidate.key] = (here,)
                     continue
                 gone = self._add(self._removal(candidate, absent, here))
-                nothing = _absent(candidate, absent, gone)
-                others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()
-                self.options[candidate.key] = (here, nothing, *others)
+                others = self._shapes(candidate, vehicle, absent, near=now) if shapes else ()
+                self.options[candidate.key] = (here, _absent(candidate, absent, gone), *others)
+            elif shapes:
+                self.options[candidate.key] = (_absent(candidate, absent), *self._shapes(candidate, near_by, absent))
             else:
-                nothing = _absent(candidate, absent)
-                if candidate.effect.shapes:
-                    present = self._shapes(candidate, near_by, absent)
-                else:
-                    present = (self._present(candidate, near_by, tuple(absent.values()), -1),)
-                self.options[candidate.key] = (nothing, *present)
+                plain = self._present(candidate, near_by, tuple(absent.values()), -1)
+                self.options[candidate.key] = (_absent(candidate, absent), plain)
         # Laid out with the tests last, for whoever sums over them; each column is one stride of memory.
         copies, tests, axes = self._base.shape
         every = np.empty((copies, axes, len(self._columns) + 1, tests))

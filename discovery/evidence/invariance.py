@@ -17,7 +17,7 @@ from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.linearisation import Linearisation, Option
+from ..candidates.linearisation import Linearisation
 from ..candidates.unnamed_terms import FINE, onsets, places
 from ..effect_findings import Part
 from ..search.estimation import Interval
@@ -76,7 +76,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
     """
     linear, scores = about
     now = [linear.options[key][0] for key in state.active]
-    columns = [index for option in now for index in option.free if index >= 0]
+    columns = [number.column for option in now for number in option.numbers]
     weight = np.sqrt(scores.weight)[:, None]
     rows = (linear.columns[:, :, [*columns, -1]] * weight).transpose(1, 0, 2).reshape(-1, len(columns) + 1)
     noise = (linear.noise[:, :, :, [*columns, -1]] * weight).transpose(0, 2, 1, 3)
@@ -84,11 +84,11 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
     block = np.tile(search.balance.block, 3)
     first = search.balance.block < (search.balance.blocks + 1) // 2
     cuts = [Region(("in the first half", "in the second half"), first), *regions(search)]
-    general = {c.key for c in search.pool if c.effect.general}
+    pool = {c.key: c.effect for c in search.pool}
     result: dict[str, Invariance] = {}
     for option in now:
-        own = [columns.index(index) for index in option.free if index >= 0]
-        if option.kind is not Kind.EFFECT or not own or option.key in general:
+        own = [columns.index(number.column) for number in option.numbers]
+        if option.kind is not Kind.EFFECT or not own or pool[option.key].general:
             continue  # the numbers of a curve are each of a part of the log already
         parts: list[Part] = []
         gaps = [0.0]
@@ -97,65 +97,48 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             inside = np.tile(region.tests, 3)
             split = _split(rows, own, inside)
             clear = [_split(copy, own, inside) for copy in noise]
-            fit = _fitted(split, clear, block)
-            for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
-                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < ENOUGH_BLOCKS:
+            change, covariance = _fitted(split, clear, block)
+            for place, (symbol, start, *_) in enumerate(option.numbers):
+                pair = [place, len(own) + place]  # in the part, and in the rest
+                if min(effective_blocks(split[:, k], block) for k in pair) < ENOUGH_BLOCKS:
                     continue
-                sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
+                null = search.nominal.value(symbol)
+                sizes = _Sizes(abs(start - null), change[pair], covariance[np.ix_(pair, pair)])
                 if sizes.known:
-                    parts += sizes.told(region.names)
+                    base = start - (null if pool[option.key].added else 0.0)
+                    parts += sizes.told(region.names, symbol, base)
                     gaps.append(sizes.relative_gap)
                     scatter[symbol] = max(scatter.get(symbol, 0.0), sizes.excess)
         result[option.key] = Invariance(tuple(parts), max(gaps), scatter)
     return result
 
 
-class _Fit(NamedTuple):
-    """Changes of coefficients, first those of an effect in a part, then in the rest, and their covariance."""
-
-    change: Array
-    covariance: Array
-
-    def of(self, count: int, place: int) -> tuple[Array, Array]:
-        """Change (2,) and covariance (2, 2) of one of `count` coefficients, in the part and in the rest."""
-        pair = np.array([place, count + place])
-        return self.change[pair], self.covariance[np.ix_(pair, pair)]
-
-
 class _Sizes(NamedTuple):
-    """One number of an effect, in a part and in the rest."""
+    """One number of an effect, in a part and in the rest.
 
-    search: Search
-    option: Option
-    symbol: str
+    Attributes
+    ----------
+    whole : its size in the model, from where the effect is absent
+    change, covariance : from there, (2,) and (2, 2)
+    """
+
+    whole: float
     change: Array
     covariance: Array
 
-    @property
-    def start(self) -> float:
-        """The number in the model."""
-        return self.option.start[self.option.symbols.index(self.symbol)]
-
-    @property
-    def reference(self) -> float:
-        """The number where the effect is absent."""
-        return self.search.nominal.value(self.symbol)
-
-    def told(self, names: tuple[str, str]) -> list[Part]:
-        """Both numbers, as the findings report them."""
-        (candidate,) = (c for c in self.search.pool if c.key == self.option.key)
-        shift = self.reference if candidate.effect.added else 0.0
-        values = self.start - shift + self.change
+    def told(self, names: tuple[str, str], symbol: str, start: float) -> list[Part]:
+        """Both numbers, as the findings report them; `start` is that in the model."""
+        values = start + self.change
         reach = _ERRORS * np.sqrt(np.diag(self.covariance))
         ends = [Interval(float(v - w), float(v + w)) for v, w in zip(values, reach, strict=True)]
         rows = zip(names, values.tolist(), ends, strict=True)
-        return [Part(where=name, symbol=self.symbol, value=value, ci95=end) for name, value, end in rows]
+        return [Part(where=name, symbol=symbol, value=value, ci95=end) for name, value, end in rows]
 
     @property
     def known(self) -> bool:
         """True when both parts know the number."""
         variance = np.diag(self.covariance)
-        return bool(((variance >= 0.0) & (variance < (ONE_SIZE * (self.start - self.reference)) ** 2)).all())
+        return bool(((variance >= 0.0) & (variance < (ONE_SIZE * self.whole) ** 2)).all())
 
     @property
     def gap(self) -> float:
@@ -171,7 +154,7 @@ class _Sizes(NamedTuple):
     @property
     def relative_gap(self) -> float:
         """The gap beyond its error, as a share of the size in the model."""
-        return max(self.gap - _ERRORS * self.error, 0.0) / max(abs(self.start - self.reference), 1e-12)
+        return max(self.gap - _ERRORS * self.error, 0.0) / max(self.whole, 1e-12)
 
     @property
     def excess(self) -> float:
@@ -185,8 +168,8 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
 
 
-def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
-    """Least squares of the last column on the others, cleared of noise, with the errors of whole blocks."""
+def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Least squares of the last column on the others, cleared of noise: change, and covariance by whole blocks."""
     gram = rows.T @ rows
     if noise:
         gram = gram - added_by_noise(rows[:, None], np.stack(noise)[:, :, None], np.array([0, len(rows)]))[0, 0]
@@ -196,7 +179,7 @@ def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _F
     inverse = np.linalg.inv(curve) / (size[:, None] * size)
     change = inverse @ gram[:-1, -1]
     left = rows[:, -1] - rows[:, :-1] @ change
-    return _Fit(change, sandwich(inverse, block_scores(rows[:, :-1], left, block)))
+    return change, sandwich(inverse, block_scores(rows[:, :-1], left, block))
 
 
 def regions(search: Search) -> Iterator[Region]:
@@ -226,13 +209,6 @@ def _pushed(search: Search) -> Array:
     return weak.passed(np.sum(np.abs(weak.signals(search.nominal)[1]), axis=0))
 
 
-class _Part(NamedTuple):
-    """A part of a log, as the beginning of a sentence, and which tests belong to it."""
-
-    name: str
-    tests: NDArray[np.bool_]
-
-
 def find_changing_forces(search: Search, state: State, kept: Sequence[str], seed: int) -> dict[str, str]:
     """In which part of the log each effect's force differs, and by how much, as a sentence; those that keep it, not.
 
@@ -245,29 +221,30 @@ def find_changing_forces(search: Search, state: State, kept: Sequence[str], seed
     """
     seen = ~search.quiet
     asked = {c.key for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
-    parts = list(_parts(search))
+    names, parts = zip(*_parts(search), strict=True)
     there = [key for key in kept if key in state.active and key in asked]
     if not there or not seen.any():
         return {}
     rest = ResidualSelection(FormColumns(search, state, seen))
-    copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
+    copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack(parts)
     found = {}
     for key in there:
         change = rest.own_change(key, tests, MATERIAL, copies)
         if change is not None and change.worth > change.chance:
-            where, more = parts[change.part].name, "more" if change.share > 0.0 else "less"
+            where, more = names[change.part], "more" if change.share > 0.0 else "less"
             found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.0f} % {more} than elsewhere."
     return found
 
 
-def _parts(search: Search) -> Iterator[_Part]:
-    """What begins at some time, and the parts of a log that are told apart by the motion."""
+def _parts(search: Search) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Parts of a log, each as the beginning of a sentence, and which tests belong to it.
+
+    What begins at some time, sides of the water, and the parts that are told apart by the motion.
+    """
     weak = search.balance
     assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
     minutes = weak.average([m.minutes[:, None] for m in weak.motions])[:, 0]
-    for told, begun in onsets(minutes, FINE):
-        yield _Part(told, begun)
-    for told, there in places(minutes, weak.average([m.position for m in weak.motions]).T):
-        yield _Part(told, there)
+    yield from onsets(minutes, FINE)
+    yield from places(minutes, weak.average([m.position for m in weak.motions]).T)
     for region in regions(search):
-        yield _Part(f"where the boat is {region.names[0]}", region.tests)
+        yield f"where the boat is {region.names[0]}", region.tests

@@ -25,6 +25,7 @@ from ..search.estimation import Interval
 from ..search.scoring import Scoring
 from .weighing import Evidence
 
+Verdict = Literal["present", "possible", "no evidence"]
 STRAIGHT_RUNS = "compass_on_straight_runs"
 """Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
 _MATERIAL = 0.2
@@ -57,7 +58,7 @@ def record_errors(
         (term,), (parameter,) = terms, candidate.parameters
         sure = term.ci95 is not None and not term.ci95.lower <= 0.0 <= term.ci95.upper
         step, when = f"{parameter.upper:.2g} s", "later" if term.value > 0.0 else "earlier"
-        verdict: Literal["present", "possible", "no evidence"] = "no evidence"
+        verdict: Verdict = "no evidence"
         sentence = f"The commands act when their record says, as far as its step of {step} tells."
         if limit_at(parameter, term.value) is not None:
             verdict = "possible"
@@ -184,10 +185,8 @@ def compass_error(compass: Compass) -> tuple[SensorError, ...]:
     values = {"constant": compass.constant, "sine": compass.sine, "cosine": compass.cosine}
     terms = tuple(FittedTerm(symbol=name, value=float(np.degrees(x)), unit="deg") for name, x in values.items())
     text = f"{compass.sentence[0].upper()}{compass.sentence[1:]}; heading and velocities are corrected for it."
-    correction = STRAIGHT_RUNS
-    return (
-        SensorError(error="compass_deviation", verdict="present", sentence=text, terms=terms, correction=correction),
-    )
+    found = SensorError(error="compass_deviation", verdict="present", sentence=text, terms=terms)
+    return (found.but(correction=STRAIGHT_RUNS),)
 
 
 def add_record_errors(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
@@ -207,19 +206,18 @@ def _alike(delay: EffectFinding) -> EffectFinding:
     return delay.but(verdict="possible", reason=Reason.LOOK_ALIKES, sentence=told, indistinguishable_from=alike)
 
 
-_ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (
-    ("gyro_scale", "gyro_scale", (("gyro_scale", "1"),)),
-    ("gyro_bias", "gyro_bias", (("gyro_bias", "rad/s"),)),
-    ("compass_deviation", "compass_sine", (("compass_sine", "deg"), ("compass_cosine", "deg"))),
-    ("compass_deviation", "misalignment", (("misalignment", "deg"),)),
-    ("velocity_scale", "velocity_scale", (("velocity_scale", "1"),)),
-    ("velocity_latency", "velocity_latency", (("velocity_latency", "s"),)),
-    ("channel_offset", "position_latency", (("position_latency", "s"),)),
-    ("water_speed", "water_north", (("water_north", "m/s"), ("water_east", "m/s"))),
-    ("antenna_arm", "arm_x", (("arm_x", "m"), ("arm_y", "m"))),
+_ERRORS: tuple[tuple[Any, str, tuple[str, ...]], ...] = (
+    ("gyro_scale", "1", ("gyro_scale",)),
+    ("gyro_bias", "rad/s", ("gyro_bias",)),
+    ("compass_deviation", "deg", ("compass_sine", "compass_cosine")),
+    ("compass_deviation", "deg", ("misalignment",)),
+    ("velocity_scale", "1", ("velocity_scale",)),
+    ("velocity_latency", "s", ("velocity_latency",)),
+    ("channel_offset", "s", ("position_latency",)),
+    ("water_speed", "m/s", ("water_north", "water_east")),
+    ("antenna_arm", "m", ("arm_x", "arm_y")),
 )
-"""Names of the findings, the sentence that tells of each, and the numbers with their units."""
-Verdict = Literal["present", "possible", "no evidence"]
+"""Names of the findings, and the numbers of each with their unit; the first names the sentence that tells of it."""
 
 
 def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
@@ -232,19 +230,15 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
     found = []
     for source, known in sorted(sensors.items()):
         sentences, name = known.sentences, f"{Path(source).name}: " if len(sensors) > 1 else ""
-        for error, key, numbers in _ERRORS:
-            terms = tuple(_term(known, symbol, unit) for symbol, unit in numbers if symbol in known.values)
-            symbols = [symbol for symbol, _ in numbers]
+        for error, unit, symbols in _ERRORS:
+            terms = tuple(_term(known, symbol, unit) for symbol in symbols if symbol in known.values)
             verdict: Verdict
             correction = ""
-            if key in sentences:
-                verdict, told = "present", f"{sentences[key]}; the motion is corrected for it"
-                correction = correction_name(key, source, sensors)
+            if symbols[0] in sentences:
+                verdict, told = "present", f"{sentences[symbols[0]]}; the motion is corrected for it"
+                correction = correction_name(symbols[0], source, sensors)
             elif set(symbols) & set(known.beyond):
-                verdict, told = (
-                    "possible",
-                    "this is further off than a sensor is: the record is wrong, or its unit",
-                )
+                verdict, told = "possible", "this is further off than a sensor is: the record is wrong, or its unit"
             elif all(known.sharp(symbol) for symbol in symbols):
                 verdict, told = "no evidence", "as it should be"
             else:

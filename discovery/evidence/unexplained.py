@@ -141,8 +141,7 @@ def find_suspects(search: Search, state: State, known: Identifiability, axis: in
     """
     close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=1.0))  # the noise itself
     model = close.evaluate(state.vehicle, state.active)
-    linear, scores = close.linearise(model.vehicle, model.active, model.fit.in_sample)
-    now = {key: linear.options[key][0] for key in model.active}
+    linear, scores, now = close.about(model)
     found = []
     for candidate in close.pool:
         if candidate.key in now or candidate.kind is not Kind.EFFECT:
@@ -206,9 +205,9 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     ----------
     seed : of the draws
     """
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    linear, scores, now = search.about(state)
     terms = search.of_kind([candidate.key for candidate in search.pool], Kind.TERM)
-    base = {key: linear.options[key][0] for key in state.active if key not in terms}
+    base = {key: option for key, option in now.items() if key not in terms}
     base |= {key: linear.options[key][1] for key in state.active if key in terms}
     present = {key: next(option for option in linear.options[key] if option.present) for key in terms}
     chosen = dict.fromkeys(terms, 0)

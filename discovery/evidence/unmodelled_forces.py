@@ -43,13 +43,6 @@ _TRIED = 10
 it keeps."""
 
 
-class OneForm(NamedTuple):
-    """The form that explains most alone, and the log-likelihood that is lost with it: the smaller the better."""
-
-    form: OtherForm
-    worth: float
-
-
 class OwnChange(NamedTuple):
     """In which part of a log an effect differs most from elsewhere, by what share of itself, and what that lowers.
 
@@ -143,14 +136,14 @@ class ResidualSelection:
         error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
         return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
 
-    def best_single_form(self, barred: NDArray[np.bool_]) -> OneForm | None:
-        """The form that explains most of what is left, of those that are not barred, and what is lost beside it."""
+    def best_single_form(self, barred: NDArray[np.bool_]) -> tuple[float, OtherForm] | None:
+        """What is lost beside the form that explains most of what is left and is not barred, and that form."""
         drops, _, rest, _ = self._drops()
         best = self._best(self._gains(np.where(barred, 0.0, drops), (rest**2).sum(axis=1)))
         if best is None:
             return None
         axis, form, worth = best
-        return OneForm(self._form(axis, form, drops), worth)
+        return worth, self._form(axis, form, drops)
 
     def with_forms(self, *places: tuple[int, int]) -> Self:
         """The same beside more forms, each of an axis."""
@@ -416,8 +409,8 @@ def substitute_forces(columns: FormColumns, rest: ResidualSelection, candidate: 
     found = [one for rest, barred in without if (one := rest.best_single_form(barred))]
     if not found:
         return None
-    best = min(found, key=lambda one: one.worth)
-    return Substitute(best.form, rest.log_loss - best.worth)
+    lost, form = min(found, key=lambda one: one[0])
+    return Substitute(form, rest.log_loss - lost)
 
 
 def rollouts_of_several_logs(judge: Balance) -> bool:

@@ -134,8 +134,7 @@ def assess_candidates(search: Search, state: State, seed: int, known: Identifiab
     seed : of the block resamples
     known : what the log can show and tell apart about the final model; without it nothing counts as dormant
     """
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    now = {key: linear.options[key][0] for key in state.active}
+    linear, scores, now = search.about(state)
     general = _general_instead(search, state)
     rehearsals = SurrogateTest(search, linear, scores, now, seed)
     nominal = _squares(search, search.nominal)
@@ -144,8 +143,10 @@ def assess_candidates(search: Search, state: State, seed: int, known: Identifiab
     model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal, beside)
     whole, squares = search.fit(scores, list(now.values())), _squares(search, state.vehicle)
 
+    known = known or Identifiability()
+
     def of(candidate: Candidate) -> Evidence:
-        return _selected(model, candidate, squares, known.alike(candidate.key) if known else ())
+        return _selected(model, candidate, squares, known.alike(candidate.key))
 
     pool = [candidate for candidate in search.pool if not candidate.nuisance]
     selected = [candidate for candidate in pool if candidate.key in now]
@@ -155,14 +156,14 @@ def assess_candidates(search: Search, state: State, seed: int, known: Identifiab
     return [e if e.selected else _not_shown(e, found, known) for e in found]
 
 
-def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None) -> Evidence:
+def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability) -> Evidence:
     """A candidate that was not selected, with the reasons why the log may not show it."""
     return replace(
         e,
         indistinguishable_from=tuple(s.key for s in found if e.key in s.indistinguishable_from),
-        dormant=known is not None and e.key in known.dormant,
-        absorbed=known is not None and e.key in known.absorbed,
-        noise_limited=known is not None and e.key in known.noise_limited,
+        dormant=e.key in known.dormant,
+        absorbed=e.key in known.absorbed,
+        noise_limited=e.key in known.noise_limited,
     )
 
 

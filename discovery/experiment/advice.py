@@ -6,7 +6,7 @@ from math import ceil
 import numpy as np
 
 from ...physics.motion import AXES
-from ...physics.presentation import words
+from ...physics.presentation import listing, words
 from ..candidates.candidate import Kind
 from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
@@ -132,7 +132,11 @@ def reasons(settled: Sequence[Separation], trial: int) -> str:
     if pairs:
         names = list(dict.fromkeys(key for p in pairs for key in p.effects))
         hardest = min(pairs, key=lambda p: p.gain[trial])
-        who = "they would differ" if len(pairs) == 1 else f"even {_listed(hardest.effects)} would differ"
+        who = (
+            "they would differ"
+            if len(pairs) == 1
+            else f"even {listing([words(key) for key in hardest.effects])} would differ"
+        )
         told.append(f"would tell {_apart(names)}: {who} by {_shares(hardest, trial)}")
     single = sorted((p for p in settled if len(p.effects) == 1), key=lambda p: -p.gain[trial])
     told += [f"{_purpose(p)}: it would make {_shares(p, trial)}" for p in single if p.selected]
@@ -173,12 +177,8 @@ def _purpose(p: Separation) -> str:
 
 
 def _apart(keys: Sequence[str]) -> str:
-    return f"{words(keys[0])} from {words(keys[1])}" if len(keys) == 2 else f"{_listed(keys)} apart"
-
-
-def _listed(keys: Sequence[str]) -> str:
     names = [words(key) for key in keys]
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+    return " from ".join(names) if len(names) == 2 else f"{listing(names)} apart"
 
 
 def _percent(share: float) -> str:

@@ -79,11 +79,8 @@ def first_manoeuvres(count: int, bounds: Bounds, rng: np.random.Generator) -> li
     rng : of the random ones
     """
     library = [within_bounds(trial.steps[:_MOST_STEPS], bounds) for trial in TRIALS]
-    return library + [within_bounds(_random(rng), bounds) for _ in range(count - len(library))]
-
-
-def _random(rng: np.random.Generator) -> list[Step]:
-    return [_step(rng) for _ in range(int(rng.integers(2, 7)))]
+    drawn = ([_step(rng) for _ in range(int(rng.integers(2, 7)))] for _ in range(count - len(library)))
+    return library + [within_bounds(steps, bounds) for steps in drawn]
 
 
 def _step(rng: np.random.Generator) -> Step:

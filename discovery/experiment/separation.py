@@ -76,9 +76,9 @@ def separate_effects(
     plausible : amounts of effects that are not in the model, by key
     rehearsal : the trials of the library, simulated on the model
     """
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    linear, scores, now = search.about(state)
     stand = _JointTrials(search, rehearsal, column_moments(scores)[0], scores.scale)
-    free = {key: [i for i in linear.options[key][0].free if i >= 0] for key in state.active}
+    free = {key: [number.column for number in option.numbers] for key, option in now.items()}
     result = []
     for key, rivals in questions.items():
         selected = key in state.active
@@ -318,7 +318,7 @@ def open_question(
         search = Search(search.balance, search.nominal, pool, replace(search.settings, refinements=2))
     truths = [(first, state)]
     if first in state.active:
-        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        linear, scores, _ = search.about(state)
         for other in rivals[: _MOST_TRUTHS - 1]:
             truths.append((other, search.replace(state, first, other, linear, scores)))
     begins = float(search.balance.motions[0].heading[0]) if heading is None else heading
@@ -329,8 +329,7 @@ def open_question(
 
 def _plausible(vehicle: Vehicle, candidate: Candidate, amounts: tuple[float, ...]) -> list[Vehicle]:
     """A vehicle with a plausible amount of an effect; none where it would be no sound vehicle."""
-    shapes = {p.symbol: p.grid[len(p.grid) // 2] for p in candidate.parameters if p.grid}
-    values = dict(shapes)
+    values = {p.symbol: p.grid[len(p.grid) // 2] for p in candidate.parameters if p.grid}
     amplitudes = [p for p in candidate.parameters if not p.grid]
     for parameter, amount in zip(amplitudes, amounts, strict=False):
         now = vehicle.value(parameter.symbol)

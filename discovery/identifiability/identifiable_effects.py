@@ -107,7 +107,7 @@ def _partial_moments(columns: Sequence[int], metric: Array, moments: Array) -> A
 def column_moments(scores: GramScores) -> tuple[Array, Array]:
     """Mean products of columns and balance, cleared of sensor noise, and what noise adds to them, (3, p, p) each."""
     scale = scores.scale[:, None] * scores.scale[None, :] / scores.tests
-    noise = np.zeros_like(scores.gram[0]) if scores.noise is None else scores.noise.sum(axis=0) * scale
+    noise = scores.noise.sum(axis=0) * scale
     return scores.gram.sum(axis=0) * scale - noise, noise
 
 
@@ -207,8 +207,8 @@ def identified(
     while left:
         search = Search(balance, nominal, nuisance_candidates(nominal, left), replace(settings, refinements=3))
         state = search.evaluate(nominal, ())
-        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        chosen = [linear.options[key][0] for key in state.active]
+        _, scores, now = search.about(state)
+        chosen = list(now.values())
         gone = _same(scores, chosen) or _common_factor(search, scores, chosen, state.vehicle)
         if not vague:
             gone = gone or _noisy(scores, chosen) or _vague(scores, chosen, amounts)
@@ -249,7 +249,7 @@ def _unseen(
 
 def _columns(chosen: Sequence[Option]) -> dict[str, int]:
     """Free columns by symbol."""
-    return {s: k for o in chosen for s, k in zip(o.symbols, o.free, strict=True) if k >= 0}
+    return {number.symbol: number.column for option in chosen for number in option.numbers}
 
 
 def _same(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
@@ -308,7 +308,7 @@ def _vague(scores: GramScores, chosen: Sequence[Option], amounts: Mapping[str, f
 
 def _noisy(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
     """Parameters with a large part in a combination of columns that is hardly more than sensor noise."""
-    if scores.noise is None:
+    if not scores.noise.any():
         return {}
     at = _columns(chosen)
     index = np.ix_(list(at.values()), list(at.values()))

@@ -175,15 +175,10 @@ def plausible_amounts(search: Search, rehearsal: Rehearsal | None) -> dict[str, 
         if candidate.effect.fixed_amplitude:
             amounts[candidate.key] = (1.0,)
             continue
-        limits = {
-            index: max(abs(low), abs(high))
-            for option in options
-            if option.present
-            for index, low, high in zip(option.free, option.lower, option.upper, strict=True)
-        }
+        limits = {n.column: max(abs(n.lower), abs(n.upper)) for option in options for n in option.numbers}
         most = _LARGEST.get(candidate.key, np.inf)
         wanted = (PLAUSIBLE / max(float(share[index]), 1e-12) for index in columns)
-        amounts[candidate.key] = tuple(min(w, most, limits[n]) for w, n in zip(wanted, columns, strict=True))
+        amounts[candidate.key] = tuple(min(w, most, limits[k]) for w, k in zip(wanted, columns, strict=True))
     return amounts
 
 

@@ -116,14 +116,14 @@ class LawfulSet:
             at_zero = np.einsum("kijm,m->kij", b.lift, law.power[orthant]) + law.allowance[orthant]
             part = np.zeros((len(b.points), _WEIGHT.size, size))
             moved = np.einsum("kijm,mp->kijp", b.lift, law.slope[orthant])
-            part[:, :, :p] = -_packed(moved)
-            part[:, :, p + k * slacks : p + (k + 1) * slacks] = -_packed(b.slack)
+            part[:, :, :p] = -_packed(np.moveaxis(moved, -1, 1)).swapaxes(1, 2)
+            part[:, :, p + k * slacks : p + (k + 1) * slacks] = -_packed(np.moveaxis(b.slack, -1, 1)).swapaxes(1, 2)
             rows.append(part.reshape(-1, size))
             ends.append(_packed(at_zero).ravel())
             cones += [_SOLVER.PSDTriangleConeT(3)] * len(b.points)
         if self._laws.mass:
             part = np.zeros((_WEIGHT.size, size))
-            part[:, :p] = -_packed(np.moveaxis(law.mass_slope, 0, -1))
+            part[:, :p] = -_packed(law.mass_slope).T
             rows.append(part)
             ends.append(_packed(law.mass))
             cones.append(_SOLVER.PSDTriangleConeT(3))
@@ -155,7 +155,5 @@ class LawfulSet:
 
 
 def _packed(matrices: Array) -> Array:
-    """Symmetric matrices (..., 3, 3) or (..., 3, 3, n) as weighed triangles (..., 6) or (..., 6, n)."""
-    if matrices.shape[-1] == 3 and matrices.shape[-2] == 3 and matrices.ndim in (2, 3):
-        return matrices[..., _ROW, _COLUMN] * _WEIGHT
-    return matrices[..., _ROW, _COLUMN, :] * _WEIGHT[:, None]
+    """Symmetric matrices (..., 3, 3) as weighed triangles (..., 6)."""
+    return matrices[..., _ROW, _COLUMN] * _WEIGHT

@@ -202,27 +202,27 @@ class _Scaled:
 def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     """Solve for total values, each in units of its own size, so that every number the solver sees is of order one."""
     normal, pull = (part.sum(axis=0) for part in scores.block_normal(chosen)[1:])
-    rows = [
-        (symbol, start, low, high)
-        for o in chosen
-        for symbol, start, index, low, high in zip(o.symbols, o.start, o.free, o.lower, o.upper, strict=bool(o.free))
-        if index >= 0
-    ]
-    free = [k for k, (_, _, low, high) in enumerate(rows) if low < high]
+    rows = [number for option in chosen for number in option.numbers]
+    free = [k for k, row in enumerate(rows) if row.lower < row.upper]
     if not free:
         return _Scaled((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (np.zeros(0), np.zeros(0)), 1.0)
     # What the data do not show beyond noise stays as it was, beside what they show.
     shown = [k for k in free if normal[k, k] > 0.0]
     if not shown:
-        check_shown([rows[k][0] for k in free], np.diag(normal)[free])
+        raise RequestError(
+            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(rows[k].symbol for k in free)}; "
+            "see with 'undertow inspect' whether every thruster has its own command and every sensor works, or give a "
+            "livelier log"
+        )
     normal, pull, rows = normal[np.ix_(shown, shown)], pull[shown], [rows[k] for k in shown]
     scale = 1.0 / np.sqrt(np.diag(normal))
     factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
-    start = np.array([row[1] for row in rows]) / scale
+    start = np.array([row.start for row in rows]) / scale
     target = target + factor @ start
     size = float(np.linalg.norm(target)) or 1.0
-    lower, upper = ((np.array([row[k] for row in rows]) / scale + start) / size for k in (2, 3))
-    return _Scaled(tuple(row[0] for row in rows), size * scale, factor, target / size, (lower, upper), size)
+    ends = ([row.lower for row in rows], [row.upper for row in rows])
+    lower, upper = ((np.array(end) / scale + start) / size for end in ends)
+    return _Scaled(tuple(row.symbol for row in rows), size * scale, factor, target / size, (lower, upper), size)
 
 
 class _Passive:
@@ -398,23 +398,3 @@ def judge_passivity(
 def _union(a: Envelope, b: Envelope) -> Envelope:
     low, high = np.minimum(a.lower, b.lower).tolist(), np.maximum(a.upper, b.upper).tolist()
     return Envelope((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-
-
-def check_shown(symbols: Sequence[str], power: Array) -> None:
-    """Refuse parameters of which the data show nothing.
-
-    Parameters
-    ----------
-    symbols, power : names, and squared size of the columns (n,) without what sensor noise makes of them
-
-    Raises
-    ------
-    RequestError
-        naming those without any.
-    """
-    silent = [symbol for symbol, own in zip(symbols, power, strict=True) if not own > 0.0]
-    if silent:
-        raise RequestError(
-            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(silent)}; see with 'undertow "
-            "inspect' whether every thruster has its own command and every sensor works, or give a livelier log"
-        )

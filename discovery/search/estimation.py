@@ -80,13 +80,11 @@ def block_bootstrap(
     spread = np.maximum(spread, scores.standard_errors(chosen, independent))
     reach = student(max(scores.blocks - columns.size, 1), 0.975) * spread
     size = {int(column): float(r) for column, r in zip(columns, reach, strict=True)}
-    for option in chosen:
-        rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)
-        for symbol, start, index, lower, upper in rows:
-            if index >= 0 and lower < upper:
-                wide = max(size[index], RESOLVED * abs(start)) + (beside or {}).get(symbol, 0.0)
-                low, high = start - wide, start + wide
-                result[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
+    for symbol, start, column, lower, upper in (number for option in chosen for number in option.numbers):
+        if lower < upper:
+            wide = max(size[column], RESOLVED * abs(start)) + (beside or {}).get(symbol, 0.0)
+            low, high = start - wide, start + wide
+            result[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
     return result
 
 
@@ -122,15 +120,14 @@ def _of_switches(
     active = [option.key for option in chosen]
     alike = [candidate for candidate in pool if candidate.key in active]
     linear = Linearisation(balance, vehicle, vehicle, alike, active, standing=True)
-    options = [linear.options[key][0] for key in active]
-    free = [(s, k) for option in options for s, k in zip(option.symbols, option.free, strict=True) if k >= 0]
-    columns = linear.columns[:, :, [k for _, k in free]]
+    free = [number for key in active for number in linear.options[key][0].numbers]
+    columns = linear.columns[:, :, [number.column for number in free]]
     pull = np.einsum("a,tap,ta->p", scores.weight, columns, left, optimize=True)
     _, normal, _ = scores.block_normal(chosen)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal.sum(axis=0)), _SMALL))
     system = normal.sum(axis=0) * (scale[:, None] * scale) + RIDGE * np.eye(scale.size)
     change = np.abs(np.linalg.solve(system, pull * scale) * scale)
-    return {symbol: float(by) for (symbol, _), by in zip(free, change, strict=True)}
+    return {number.symbol: float(by) for number, by in zip(free, change, strict=True)}
 
 
 def profile_interval(

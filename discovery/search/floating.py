@@ -108,8 +108,7 @@ class Search(Scoring):
     def reshape(self, state: State) -> State:
         """Try other shapes of what is active, nothing added or dropped, until none is better."""
         for _ in range(self.settings.rounds):
-            linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
-            now = {key: linear.options[key][0] for key in state.active}
+            linear, scores, now = self.about(state)
             changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
             trials = sorted((score, n) for n, score in enumerate(self.score_all_linearised(scores, changes)))[:3]
             better = [self.apply(state, now, changes[n], scores) for _, n in trials]
@@ -127,8 +126,7 @@ class Search(Scoring):
         return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
 
     def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, roughly=True)
-        now = {key: linear.options[key][0] for key in state.active}
+        linear, scores, now = self.about(state, roughly=True)
         neighbours = list(changes(linear, scores, now, self.nuisances))
         quick = self.score_all_linearised(scores, neighbours, state.score - self.settings.margin)
         ranked = sorted((score, n) for n, score in enumerate(quick))
@@ -147,8 +145,7 @@ class Search(Scoring):
 
     def _split(self, state: State) -> State | None:
         """A better model with two effects in the place of one; None where there is none."""
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
-        now = {key: linear.options[key][0] for key in state.active}
+        linear, scores, now = self.about(state)
         neighbours = list(split_effects(linear, scores, now, self.nuisances))
         worth = state.score - self.settings.margin
         ranked = sorted(
@@ -323,8 +320,7 @@ class _Options:
         present = {*self.named(now), *self._scoring.nuisances, *barred}
         every = (o for key, options in self._all.items() if key not in present for o in options)
         new = [o for o in every if o.present and not self._reshaped(o)]
-        gains = self._scores.screen(list(now.values()), new)
-        return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]
+        return _promising(self._scores, now, new)[:most]
 
     def pruned(self, now: Chosen, known: Sequence[str], untold: Collection[str] = ()) -> Chosen:
         """The choice without effects that hardly earn anything or do not matter, the least first.
@@ -377,18 +373,12 @@ def changes(
     ----------
     kept_always : keys that are never dropped
     """
-    others = [key for key in linear.options if key not in now and key not in kept_always]
-    new = [option for key in others for option in linear.options[key][1:]]
-    loose = [key for key in now if key not in kept_always]
-    for drop in (None, *loose):
-        # A dropped effect leaves its offset behind: the columns were taken with it in place.
-        kept = dict(now) if drop is None else {key: o for key, o in now.items() if key != drop}
-        if drop is not None:
-            kept[drop] = linear.options[drop][1]
+    new = _additions(linear, now, kept_always)
+    for kept in (now, *_fewer(linear, now, kept_always)):
+        if kept is not now:
             yield kept
-        gains = scores.screen(list(kept.values()), new)
-        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
-            yield {**kept, new[n].key: new[n]}
+        for option in _promising(scores, kept, new)[:_PROMISING]:
+            yield {**kept, option.key: option}
     for key in now:
         for option in linear.options[key][2:]:
             yield {**now, key: option}
@@ -408,14 +398,24 @@ def split_effects(
     now : the option of each effect in the model, by key
     kept_always : keys that stay, nuisances
     """
-    others = [key for key in linear.options if key not in now and key not in kept_always]
-    new = [option for key in others for option in linear.options[key][1:]]
-    for gone in (key for key in now if key not in kept_always):
-        kept = {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
+    new = _additions(linear, now, kept_always)
+    for kept in _fewer(linear, now, kept_always):
         for one in _promising(scores, kept, new)[:_SPLIT]:
             for other in _promising(scores, {**kept, one.key: one}, new)[:_SPLIT]:
                 if one.key != other.key:
                     yield {**kept, one.key: one, other.key: other}
+
+
+def _additions(linear: Linearisation, now: Mapping[str, Option], kept_always: Sequence[str]) -> list[Option]:
+    """Every option of what is not in a model."""
+    others = (key for key in linear.options if key not in now and key not in kept_always)
+    return [option for key in others for option in linear.options[key][1:]]
+
+
+def _fewer(linear: Linearisation, now: Mapping[str, Option], kept_always: Sequence[str]) -> Iterator[dict[str, Option]]:
+    """A model without each of its effects, which leaves its offset behind: the columns were taken with it in place."""
+    for gone in (key for key in now if key not in kept_always):
+        yield {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
 
 
 def _promising(scores: GramScores, kept: Mapping[str, Option], new: Sequence[Option]) -> list[Option]:

@@ -95,14 +95,14 @@ class GramScores:
         self.scale[-1] = 1.0
         unit = 1.0 / (self.scale[:, None] * self.scale)
         self.gram = gram * unit
-        self.noise = added_by_noise(columns, noise, edges) * unit if noise.shape[0] else None
+        self.noise = added_by_noise(columns, noise, edges) * unit
         self._sum_up()
 
     def drawn(self, counts: np.ndarray) -> "GramScores":
         """The same scores with each block counted so many times, (blocks,), as a block bootstrap draws them."""
         other = copy(self)
         other.gram = self.gram * counts[:, None, None, None]
-        other.noise = None if self.noise is None else self.noise * counts[:, None, None, None]
+        other.noise = self.noise * counts[:, None, None, None]
         other._sum_up()
         return other
 
@@ -119,23 +119,21 @@ class GramScores:
         other = copy(self)
         other.tests = max(int(seen.sum()), 1)  # so that of none, every mean is nothing
         other.gram, unit = self.gram.copy(), 1.0 / (self.scale[:, None] * self.scale)
-        other.noise = None if self.noise is None else self.noise.copy()
+        other.noise = self.noise.copy()
         for k in np.unique(block[~seen]):
             rows = np.flatnonzero(seen & (block == k))
             edges = np.array([0, rows.size])
             other.gram[k] = _grams(columns[rows], edges)[0] * unit
-            if other.noise is not None:
-                other.noise[k] = added_by_noise(columns[rows], noise[:, rows], edges)[0] * unit
+            other.noise[k] = added_by_noise(columns[rows], noise[:, rows], edges)[0] * unit
         other._sum_up()
         return other
 
     def _sum_up(self) -> None:
         self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
-        self._blur = None if self.noise is None else np.tensordot(self.noise, self.weight, axes=(1, 0))
-        self._blurred = None if self._blur is None else self._blur.sum(axis=0)
-        self._clear = self.gram if self.noise is None else self.gram - self.noise
-        self._sharp = self._weighted if self._blur is None else self._weighted - self._blur
+        self._blur = np.tensordot(self.noise, self.weight, axes=(1, 0))
+        self._blurred = self._blur.sum(axis=0)
+        self._clear, self._sharp = self.gram - self.noise, self._weighted - self._blur
         self._sum = self.gram.sum(axis=0, keepdims=True)
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
@@ -200,9 +198,9 @@ class GramScores:
         weights = np.array([one.target[one.used] for one in laid])[..., None]
         left, across, aim = columns[:, :, None], columns[:, None, :], used[:, None, :]
         every, right = self._sharp[:, left, across], (self._sharp[:, left, aim] @ weights)[..., 0]
-        if self._blurred is None or self._blur is None or not columns.size:
-            return every, right
         total, blurred = self._total[left, across], self._blurred[left, across]
+        if not blurred.any():
+            return every, right
         try:  # most often no combination is half noise, which a factor shows at once
             np.linalg.cholesky(_MOST_NOISE * total - blurred)
         except np.linalg.LinAlgError:
@@ -217,14 +215,12 @@ class GramScores:
         combination loses more than half of its square; one hopeless column then leaves some noise in the others.
         """
         share = self.noise_taken(columns)
-        rows = self._sharp if share == 1.0 or self._blur is None else self._weighted - share * self._blur
+        rows = self._sharp if share == 1.0 else self._weighted - share * self._blur
         left, used = columns[:, None], np.flatnonzero(target)
         return rows[:, left, columns], rows[:, left, used] @ target[used]
 
     def noise_taken(self, columns: np.ndarray) -> float:
         """The share of what noise adds to some columns that is taken off."""
-        if self._blurred is None or not columns.size:
-            return 1.0
         return share_taken(*(g[columns[:, None], columns] for g in (self._total, self._blurred)))
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
@@ -287,13 +283,8 @@ class GramScores:
         What noise on the columns adds to it is left out, so that it is least at the cleared fit.
         """
         columns, _, _, target = self.layout(chosen)
-        starts = [
-            (symbol, start)
-            for option in chosen
-            for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free))
-            if index >= 0
-        ]
-        change = np.array([values[symbol] - start for symbol, start in starts]) * self.scale[columns]
+        moved = [values[number.symbol] - number.start for option in chosen for number in option.numbers]
+        change = np.array(moved) * self.scale[columns]
         left, right = (part.sum(axis=0) for part in self._cleared(columns, target))
         return float(target @ self._total @ target - 2.0 * right @ change + change @ left @ change) / (3 * self.tests)
 
@@ -322,6 +313,8 @@ class GramScores:
 
 def share_taken(total: Array, blur: Array) -> float:
     """The share of what noise adds to products of columns (p, p) that may be taken off: no more than half of any."""
+    if not blur.any():
+        return 1.0
     try:  # most often no combination is half noise, which a factor shows at once
         np.linalg.cholesky(_MOST_NOISE * total - blur)
     except np.linalg.LinAlgError:
@@ -336,19 +329,22 @@ def share_taken(total: Array, blur: Array) -> float:
 def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
     """Addition of sensor noise to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
 
-    That counts where copies come in pairs of opposite noise; one alone tells the squares of its noise, and by chance
-    what it has in common with the columns.
+    Nothing of a log without noise, which has no copies. That counts where copies come in pairs of opposite noise; one
+    alone tells the squares of its noise, and by chance what it has in common with the columns.
 
     Parameters
     ----------
     columns : (tests, a, p)
-    noise : (copies, tests, a, p) what each copy has more, at least one
+    noise : (copies, tests, a, p) what each copy has more
     edges : (blocks + 1,) first row of each block, and the end
     """
-    if noise.shape[0] == 1:
+    copies, _, axes, size = noise.shape
+    if copies == 0:
+        return np.zeros((edges.size - 1, axes, size, size))
+    if copies == 1:
         return _grams(noise[0], edges)
     every = sum((_grams(columns + part, edges) for part in noise), np.zeros(()))
-    return every / noise.shape[0] - _grams(columns, edges)
+    return every / copies - _grams(columns, edges)
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:

@@ -59,8 +59,7 @@ class RecordErrorFit:
     def __init__(self, search: Search, errors: Array, state: State) -> None:
         self.state, self._search = state, search
         self._half = 0.5 * search.balance.independent
-        self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        self._now = {key: self._linear.options[key][0] for key in state.active}
+        self._linear, self._scores, self._now = search.about(state)
         self._errors = errors.shape[2]
         self._prices: dict[int, float] = {}
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)

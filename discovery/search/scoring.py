@@ -7,6 +7,7 @@ floor is a share of the axis's force scale: what is smaller is not material.
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -171,6 +172,11 @@ class Scoring:
         weight = 1.0 / (np.maximum(remains, 0.0) + self.floor)  # cleared of noise, an error may be below nothing
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
 
+    def about(self, state: State, *, roughly: bool = False) -> tuple[Linearisation, GramScores, dict[str, Option]]:
+        """Columns and scores about a model, see `linearise`, and the option in which each of its effects stands."""
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, roughly=roughly)
+        return linear, scores, {key: linear.options[key][0] for key in state.active}
+
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
         """Fit a choice of options, held-out errors made comparable between models.
 
@@ -272,18 +278,17 @@ class Scoring:
         unused = [c for c in self.pool if c.nuisance and c not in pool]
         if unused:
             vehicle = vehicle.with_values({s: self.nominal.value(s) for c in unused for s in c.symbols})
-        for _ in range(self.settings.refinements):
+        for refined in count():
             linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
-            moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            if has_converged(vehicle, moved, chosen):
-                return State(moved, tuple(active), fit, self.score(fit, chosen))
+            last, moved = refined == self.settings.refinements, vehicle
+            if not last:
+                moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
+            if last or has_converged(vehicle, moved, chosen):
+                break
             vehicle, error = moved, fit.in_sample
-        linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
-        chosen = [linear.options[key][0] for key in active]
-        fit = self.fit(scores, chosen)
-        return State(vehicle, tuple(active), fit, self.score(fit, chosen))
+        return State(moved, tuple(active), fit, self.score(fit, chosen))
 
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""

@@ -8,11 +8,12 @@ guarantee is for noise like the copies.
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy.fft import next_fast_len
 
 from ...physics.file_records import Flag, Record, Whole
 from ...physics.motion import Array
@@ -51,7 +52,8 @@ class NoiseCopies:
 
     def __init__(self, balance: Balance, vehicle: Vehicle, seed: int) -> None:
         self._balance, self._vehicle, self._seed, self._rows = balance, vehicle, seed, balance.bins
-        self._length: int = _quick_length(balance.time.size // self._rows)
+        places = max(balance.time.size // self._rows, 1)
+        self._length = cast("int", next_fast_len(places, real=True))
 
     @property
     def sensed(self) -> bool:
@@ -143,14 +145,6 @@ def _near_by(values: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
 
 
-def _quick_length(least: int) -> int:
-    """The next number without factors beyond five: a Fourier transform of that length is quick."""
-    length = max(least, 1)
-    while 30**20 % length:  # each factor of a number below 2**20 divides it
-        length += 1
-    return length
-
-
 class Chance(Record):
     """In how many rehearsals of nothing some effect looked as good: `better` of `of`.
 
@@ -202,7 +196,7 @@ class SurrogateTest:
     ) -> None:
         self._search, self._linear, self._scores, self._now = search, linear, scores, now
         self._gram = scores.gram.sum(axis=0)
-        self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
+        self._noise = scores.noise.sum(axis=0)
         self._total, self._blur = (np.einsum("a,aij->ij", scores.weight, gram) for gram in (self._gram, self._noise))
         self._copies = NoiseCopies(search.balance, linear.vehicle, seed)
 

@@ -209,7 +209,7 @@ def test_a_search_on_rollouts_begins_at_the_nominal_model_too(monkeypatch: pytes
     monkeypatch.setattr(selection, "_starts", lambda *_: iter(()))
     form = Shooting([world({"surge_quadratic_damping": -15.0})], HULL)
     pool = [c for c in candidates(HULL) if c.key in ("surge_quadratic_damping", "yaw_linear_damping")]
-    _, state = selection._search_rollouts(form, HULL, pool, DiscoverySettings(), lambda _: None)
+    _, state, _ = selection._search_rollouts(form, HULL, pool, DiscoverySettings(), lambda _: None)
     assert state.active == ("surge_quadratic_damping",)
 
 

@@ -60,3 +60,11 @@ def test_a_vehicle_that_breaks_the_law_is_asked_for_no_more_than_it_has():
     worse = values + np.array([0.0, 0.0, 0.0, 0.0, 20.0, 20.0, 0.0, 0.0])
     found = broken.with_values(dict(zip(UNITS, lawful.nearest(worse, np.diag(UNIT**-2.0)).tolist(), strict=True)))
     assert certify(found, SEA).short <= 1.001 * certify(broken, SEA).short
+
+
+def test_three_numbers_of_which_one_is_a_mass_are_no_special_case():
+    """Their slopes are as many as the axes: three by three by three numbers, of which no two axes may be taken."""
+    units = {"Y_vdot": 5.0, "Y_r": 4.0, "N_v": 4.0}
+    lawful = LawfulSet(HULL, units, (np.full(3, -np.inf), np.full(3, np.inf)), SEA)
+    found = lawful.nearest(np.array([HULL.value("Y_vdot"), 300.0, 300.0]), np.eye(3))
+    assert certify(HULL.with_values(dict(zip(units, found.tolist(), strict=True))), SEA).holds
