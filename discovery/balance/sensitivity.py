@@ -5,7 +5,8 @@ the base model's states and A = da/dnu; in wind or current the heading is a stat
 computed once a model, so that each candidate column costs a few products.
 """
 
-from typing import TYPE_CHECKING, final
+from collections.abc import Callable
+from typing import final
 
 import numpy as np
 
@@ -17,8 +18,7 @@ from ...physics.vehicle import Vehicle
 from .products import Products, merge_products, subtract_products, water
 from .starts import Rollings
 
-if TYPE_CHECKING:
-    from .shooting import Shooting
+_Rows = Callable[[Array], Array]
 
 
 @final
@@ -104,15 +104,22 @@ _KEPT = (60, 60)
 
 
 class Tangent:
-    """The balance of a shooting form for models near a base model."""
+    """The balance of a shooting form for models near a base model.
 
-    def __init__(self, form: "Shooting", base: Vehicle) -> None:
-        self.form, self.base = form, base
-        data = form.data
+    Parameters
+    ----------
+    data : the rollouts
+    base : the model about which they are linearised
+    finished : errors (bins, 3, starts) as rows (tests, 3) of the balance
+    with_noise : the balance and its noisier copy, (2, tests, 3)
+    """
+
+    def __init__(self, data: Rollings, base: Vehicle, finished: _Rows, with_noise: _Rows) -> None:
+        self.base, self._data, self._finished, self._with_noise = base, data, finished, with_noise
         self._states = data.states(base)
         predicted = data.binned(self._states[:, :, 1:].transpose(1, 2, 0))
         self._errors = data.measured - predicted
-        self._balances = form.with_noise(form.finished(self._errors))
+        self._balances = with_noise(finished(self._errors))
         self._products = _RolloutTerms(data, self._states)
         self._spread: Propagation | None = None
 
@@ -123,17 +130,17 @@ class Tangent:
         """
         if vehicle is self.base:
             return self._balances
-        return self.form.with_noise(self.form.finished(self._errors - self._change(vehicle, self.base)))
+        return self._with_noise(self._finished(self._errors - self._change(vehicle, self.base)))
 
     def difference(self, one: Vehicle, other: Vehicle) -> Array:
         """The balances of one model less those of another, (2, tests, 3)."""
-        rows = self.form.finished(self._change(other, one))
+        rows = self._finished(self._change(other, one))
         return np.stack([rows] * self._balances.shape[0])
 
     def _change(self, one: Vehicle, other: Vehicle) -> Array:
         """What one model's rollouts add to another's, (bins, 3, starts)."""
         if self._spread is None:
-            self._spread = propagation(self.form.data, self.base, self._states)
+            self._spread = propagation(self._data, self.base, self._states)
         return self._spread.binned(self._products.added(one, other))
 
 

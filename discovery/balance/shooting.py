@@ -227,7 +227,7 @@ class Shooting(Balance):
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
-        tangent = Tangent(self, vehicle)
+        tangent = Tangent(self.data, vehicle, self.finished, self.with_noise)
         memo: Remembered[Array] = Remembered(cache_limit(MANY, tangent.balances(vehicle).shape))
         return Neighbourhood(tangent.balances, tangent.difference, memo, step_share=_STEP_SHARE)
 

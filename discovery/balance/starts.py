@@ -107,8 +107,8 @@ class Rollings:
     window: np.ndarray
     counted: tuple[Array, ...]
     air: Array | None = None
-    kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
-    rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
+    kept: Remembered[Array] = field(init=False, default_factory=lambda: Remembered(_KEPT))
+    rolled: deque[tuple[Vehicle, Array]] = field(init=False, default_factory=lambda: deque(maxlen=_ROLLED))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
         """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each."""
@@ -145,8 +145,6 @@ class Rollings:
             initial=np.concatenate([np.column_stack([m.heading, _calm(m)])[rows] for m, rows in begin]),
             measured=np.concatenate(measured, axis=2),
             thrusts=LateForces(motions),
-            kept=Remembered(_KEPT),
-            rolled=deque(maxlen=_ROLLED),
         )
 
     def states(self, vehicle: Vehicle) -> Array:

@@ -271,7 +271,6 @@ def calibrate(
 def calibrate_once(
     motions: Sequence[Motion],
     nominal: Vehicle,
-    settings: DiscoverySettings | None = None,
     basis: Basis | None = None,
     folds: Sequence[Fold] = (),
 ) -> tuple[Fitted, tuple[str, ...]]:
@@ -295,7 +294,7 @@ def calibrate_once(
     RequestError
         as `calibrate` does.
     """
-    settings = settings or DiscoverySettings()
+    settings = DiscoverySettings()
     ground = prepare_calibration(motions, nominal, settings, basis=basis)
     motions, known, rolls = ground.basis.motions, ground.known, ground.basis.uses_rollouts
     steps = Steps(nominal, nuisance_candidates(nominal, known.symbols), settings)
