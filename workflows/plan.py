@@ -242,7 +242,7 @@ def plan(
     record = read_run_inputs(run, moved)
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
-    looked = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say).result
+    looked, _ = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say)
     named = tuple(effects) or first_question(looked, record.findings.missing if record.findings else ())
     if not named:
         return None
