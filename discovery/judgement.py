@@ -43,8 +43,8 @@ REASONS = {
 """The doubt that each feature is."""
 _PLENTY = {"gain": 5.0, "identity": 0.88, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
-_NEVER = 1e-9
-"""A probability that is as good as none."""
+_LEAST_CHANCE = 1e-9
+"""Nearest to none and to all that a probability is before its logarithm is taken: odds are told in whole per cent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,12 +111,17 @@ class Odds:
 
 
 def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.float64]:
-    """Probabilities as often true as they say: beta calibration, 1 / (1 + (1 - p)^b / (e^c p^a)) with c, a, b given.
+    """Probabilities that are as often true as they say: beta calibration.
 
-    A logistic model has tails of one shape on both sides; this one has two (Kull, Silva Filho and Flach, 2017, Beta
-    calibration, AISTATS, eq. 4).
+    1 / (1 + (1 - p)^b / (e^c p^a)), where a logistic model has tails of one shape on both sides (Kull, Silva Filho and
+    Flach, 2017, Beta calibration, AISTATS).
+
+    Parameters
+    ----------
+    chance : probabilities p, of any shape
+    calibration : c, a and b: the shift, and the slopes of what is unlikely and of what is likely; 0, 1, 1 changes none
     """
-    chance = np.clip(chance, _NEVER, 1.0 - _NEVER)
+    chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
     shift, low, high = calibration
     return expit(shift + low * np.log(chance) - high * np.log1p(-chance))
 
