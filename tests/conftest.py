@@ -14,7 +14,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background
 
 ONLY_WITH_ALL = tuple(Path(__file__).with_name("only_with_all.txt").read_text("utf-8").splitlines())
 """Beginnings of the names (* stands for anything) of tests that take long and have shorter ones or others of their kind
-beside them, so that CI ends within ten minutes. `make bench` runs them."""
+beside them, so that CI ends sooner. `make bench` runs them, and the workflow on Linux."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
