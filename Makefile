@@ -23,7 +23,7 @@ help:
 	@echo "make shell  open a shell in which 'undertow' is a command"
 	@echo "make test   run the tests"
 	@echo "make test-app   run the tests of the workbench in a browser, which is installed where there is none"
-	@echo "make lint   check style, format and types; make lint-tests the types of the tests"
+	@echo "make lint   check style, format and types; make lint-tests types of tests and studies"
 	@echo "make bench  build the site, run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
 	@echo "make clean  remove .venv, build leftovers and caches"
@@ -53,7 +53,8 @@ lint: $(READY)
 	@$(BIN)/ruff format --check
 	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 
-# Types of the tests, which say by running most of what types could: half of the time of all types, and not in .ci/run.
+# Types of tests and studies, which say by running most of what types could: most of the time of all types, and not in
+# .ci/run.
 lint-tests: $(READY)
 	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright --project tests
 
