@@ -35,14 +35,13 @@ _LEAST_NAMES = 200
 
 
 def gathered(studies: Sequence[str], purpose: str, folder: Path, stale: bool) -> tuple[Kept, list[str]]:
-    """Records of some studies as they were kept, and which of them other sources made."""
+    """Records of some studies as they were kept, with those of other sources too, and how many of these there are."""
     records, old = [], []
     for study in studies:
         file = stored(study, purpose, folder)
         if file.stale:
-            old.append(f"{study}-{purpose}")
-        if stale or not file.stale:
-            records += file.records
+            old.append(f"{len(file.older)} of {study}-{purpose}")
+        records += [*file.records, *(file.older if stale else ())]
     return records, old
 
 

@@ -149,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     digest = hashlib.sha256(repr(asked_for).encode()).hexdigest()[:8]
     file = opened(given.folder / f"{given.network}-{given.first}-{digest}.jsonl.gz", PACKAGES)
     count = given.seeds * len(WORLDS) * len(asked_for)
-    records = [] if file.stale else [record for record in file.records if record["number"] < count]
+    records = [record for record in file.records if record["number"] < count]
     if not given.tell:
         asked = partial(judge, given.network, given.first, only)
         for records in resumed(file, range(count), asked, given.jobs, itemgetter("number")):

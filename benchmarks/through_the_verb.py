@@ -9,8 +9,9 @@ waves or beside noise that lasts), foreign (another simulator, other sensors and
 catalogue does not hold), sensors (one that errs), field (real and other people's logs), others (other people's
 simulators). Records are kept in `benchmarks/records`, so that a study which was stopped goes on where it was. They
 hold the facts of each answer: `--tell` scores them by the judgement as it is now, and runs nothing. Records that other
-sources made are carried over where these give a sample of the logs (twenty, or one in twenty) the same facts, and begun
-anew where not; or told with `--stale`. With `--pages` the pages of `docs` are written on which these studies are told.
+sources made are carried over where these give a sample of the logs (twenty, or one in twenty) the same facts, and made
+anew one by one where not; or told with `--stale`. With `--pages` the pages of `docs` are written on which these studies
+are told.
 The second form tells of one log alone.
 """
 
@@ -72,9 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"{study}: {STUDIES[study].absent()}", flush=True)
         if not given.tell:
             file = asked(study, file, keys, given.jobs, odds)
-        elif file.stale:
-            print(f"STALE: {file.path} was made by other sources than these", file=sys.stderr)
-        if file.stale and not given.stale:
+        by_others = sum(key_of(record) in keys for record in file.older)
+        if by_others:
+            print(f"STALE: other sources than these made {by_others} of {file.path}", file=sys.stderr)
+        if by_others and not given.stale:
             code = 2
             continue
         records[study] = told(file, keys, odds)

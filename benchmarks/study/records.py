@@ -1,7 +1,8 @@
 """Records of studies: kept as they come, so that a study which was stopped goes on where it was.
 
-A file has a line for each record, compressed, and a first line that says which sources made the facts. A judgement of
-these facts is no fact: it is scored again (`study/scoring.py`), and no record grows stale when it changes.
+A file has a line for each record, compressed, and a first line that says which sources made the facts; a record that
+others made says so itself, and stays until it is made anew. A judgement of these facts is no fact: it is scored again
+(`study/scoring.py`), and no record grows stale when it changes.
 """
 
 import argparse
@@ -39,43 +40,50 @@ Kept = list[Record]
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """Records on disk, and the sources that made them.
+    """Records on disk.
 
     Attributes
     ----------
     source : fingerprint of the sources as they are now
-    made_by : of those that made what is kept; empty where nothing is
-    records : what is kept, whoever made it
+    records : what these made
+    older : what other sources made, each with their fingerprint as "source"
     """
 
     path: Path
     source: str
-    made_by: str
     records: Kept
+    older: Kept
 
     @property
     def stale(self) -> bool:
-        """Whether other sources made the records."""
-        return bool(self.records) and self.made_by != self.source
+        """Whether other sources made some of the records."""
+        return bool(self.older)
 
-    def save(self, records: Sequence[Record]) -> None:
-        """Write these in the place of what is kept, as made by the sources as they are now."""
+    def save(self, records: Sequence[Record], older: Sequence[Record] = ()) -> None:
+        """Write these in the place of what is kept: what the sources as they are now made, and what others did."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         draft = self.path.with_suffix(".part")
         lines = (
-            json.dumps(line, allow_nan=False, separators=(",", ":")) for line in ({"source": self.source}, *records)
+            json.dumps(line, allow_nan=False, separators=(",", ":")) for line in ({"source": self.source}, *records, *older)
         )
         draft.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
         draft.replace(self.path)
 
 
 def opened(path: Path, packages: Sequence[str] = FACTS) -> File:
-    """The records of a file, and whether the sources of some folders are those that made them."""
+    """The records of a file: those that the sources of some folders made as they are now, and others."""
     source = fingerprint(tuple(packages))
     if not path.is_file():
-        return File(path, source, "", [])
+        return File(path, source, [], [])
     head, *records = map(json.loads, gzip.decompress(path.read_bytes()).decode().splitlines())
-    return File(path, source, head["source"], records)
+    made = [head | record for record in records]  # a record's own source comes before that of the file
+    by_others = [record for record in made if record["source"] != source]
+    return File(path, source, [without_source(one) for one in made if one["source"] == source], by_others)
+
+
+def without_source(record: Record) -> Record:
+    """What a record holds beside who made it."""
+    return {name: value for name, value in record.items() if name != "source"}
 
 
 def resumed(
@@ -88,7 +96,7 @@ def resumed(
     judge : makes the record of a key; it is called in other processes
     key : gives the key of a record
     """
-    kept = {} if file.stale else {key(record): record for record in file.records if record.get("verdict") != CRASHED}
+    kept = {key(record): record for record in file.records if record.get("verdict") != CRASHED}
     keys = list(keys)
     found = [kept[one] for one in keys if one in kept]
     yield found
@@ -99,7 +107,7 @@ def resumed(
             kept[one] = rounded(record)
             found.append(kept[one])
             if count % _AT_ONCE == 0 or count == len(todo):
-                file.save(list(kept.values()))
+                file.save(list(kept.values()), [record for record in file.older if key(record) not in kept])
             yield found
 
 
@@ -188,7 +196,7 @@ class Script:
         parser.add_argument("--table", type=Path, help="page to write")
         given = parser.parse_args(arguments)
         file = opened(given.folder / f"{given.seeds}.jsonl.gz", self.packages)
-        records = [] if file.stale else [record for record in file.records if record["number"] < given.logs]
+        records = [record for record in file.records if record["number"] < given.logs]
         if not given.tell:
             judge = partial(self.numbered, self.first[given.seeds])
             for records in resumed(file, range(given.logs), judge, given.jobs, itemgetter("number")):

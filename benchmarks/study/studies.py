@@ -10,7 +10,7 @@ from typing import Any
 from joblib import Parallel, delayed
 
 from . import field_logs, foreign_logs, hidden_worlds, other_simulators, wrong_sensors
-from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed, rounded
+from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed, rounded, without_source
 from .scoring import Odds, exact, rescored
 from .verb import Logged, answer
 
@@ -93,8 +93,8 @@ def stored(study: str, purpose: str, folder: Path = FOLDER) -> File:
 
 
 def told(file: File, keys: Sequence[Key], odds: Odds) -> Kept:
-    """What is kept of some logs, in their order, as the judgement of today would have answered."""
-    kept = {key_of(record): record for record in file.records}
+    """What is kept of some logs, whoever made it, in their order, as the judgement of today would have answered."""
+    kept = {key_of(record): record for record in (*file.older, *file.records)}
     return [rescored(kept[key], odds) for key in keys if key in kept]
 
 
@@ -119,14 +119,18 @@ _JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reas
 
 
 def carried(file: File, keys: Sequence[Key], ask: Callable[[Key], Record], jobs: int) -> File:
-    """The file as made by the sources as they are now, where these answer a sample alike; else that sample alone."""
-    records = [record for record in file.records if record["verdict"] != CRASHED and key_of(record) in keys]
+    """The file with what others made as made by the sources as they are now, where these answer a sample of it alike;
+    else with that sample made anew, and the rest as it is."""
+    older = [without_source(record) for record in file.older if key_of(record) in keys]
+    records = [record for record in older if record["verdict"] != CRASHED]
     count = min(max(_SAMPLED, len(records) // _SAMPLED), len(records))
     sample = [records[len(records) * n // count] for n in range(count)]
     asked = [rounded(record) for record in Parallel(n_jobs=jobs)(delayed(ask)(key_of(record)) for record in sample)]
     other = [key_of(was) for was, now in zip(sample, asked, strict=True) if not alike(was, now)]
     print(f"{file.path.name}: {len(other)} of {count} logs have other facts now {other or ''}", flush=True)
-    file.save(asked if other else records)
+    made = asked if other else records
+    known = {key_of(record) for record in made}
+    file.save([*file.records, *made], [record for record in file.older if key_of(record) not in known])
     return opened(file.path)
 
 
@@ -162,7 +166,8 @@ def with_bounds(study: str, file: File, records: Kept, jobs: int) -> None:
     reasons = dict(zip(asked, Parallel(n_jobs=jobs)(delayed(_why)(study, key) for key in asked), strict=True))
     more = {key: {"tellable": not why, "bound": why} for key, why in reasons.items() if why is not None}
     if more:
-        file.save([record | more.get(key_of(record), {}) for record in file.records])
+        kept, older = ([r | more.get(key_of(r), {}) for r in some] for some in (file.records, file.older))
+        file.save(kept, older)
 
 
 def _why(study: str, key: Key) -> str | None:

@@ -95,8 +95,13 @@ def test_records_are_carried_over_where_facts_stay(tmp_path: Path, monkeypatch: 
     assert not studies.opened(path).stale
     monkeypatch.setattr(studies, "answer", lambda seed: record(seed=seed, rests=[["surge", 0.11]]))
     monkeypatch.setattr(chapter("study.records"), "fingerprint", lambda packages: "a third source")
-    *_, kept = studies.run("plain", studies.opened(path), keys, 1)
-    assert [one["rests"][0][1] for one in kept] == [0.11] * 50, "other facts: begun anew"
+    list(studies.run("plain", studies.opened(path), keys[:10], 1))
+    file = studies.opened(path)
+    assert [one["rests"][0][1] for one in file.records] == [0.11] * 10, "other facts: made anew"
+    assert {one["source"] for one in file.older} == {"another source"}, "what is not asked about stays"
+    assert len(studies.told(file, keys, chapter("study.scoring").read_odds())) == 50
+    *_, kept = studies.run("plain", file, keys, 1)
+    assert [one["rests"][0][1] for one in kept] == [0.11] * 50
 
 
 @pytest.mark.parametrize(
