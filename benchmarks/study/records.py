@@ -63,9 +63,8 @@ class File:
         """Write these in the place of what is kept: what the sources as they are now made, and what others did."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         draft = self.path.with_suffix(".part")
-        lines = (
-            json.dumps(line, allow_nan=False, separators=(",", ":")) for line in ({"source": self.source}, *records, *older)
-        )
+        content = ({"source": self.source}, *records, *older)
+        lines = (json.dumps(line, allow_nan=False, separators=(",", ":")) for line in content)
         draft.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
         draft.replace(self.path)
 

@@ -119,8 +119,10 @@ _JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reas
 
 
 def carried(file: File, keys: Sequence[Key], ask: Callable[[Key], Record], jobs: int) -> File:
-    """The file with what others made as made by the sources as they are now, where these answer a sample of it alike;
-    else with that sample made anew, and the rest as it is."""
+    """The file with what others made as made by the sources as they are now, where these answer a sample of it alike.
+
+    Else that sample is made anew, and the rest stays as it is.
+    """
     older = [without_source(record) for record in file.older if key_of(record) in keys]
     records = [record for record in older if record["verdict"] != CRASHED]
     count = min(max(_SAMPLED, len(records) // _SAMPLED), len(records))
