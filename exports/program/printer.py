@@ -17,6 +17,25 @@ _LONGEST = 70
 """Letters of an expression that still stands within another; a longer one gets a name of its own."""
 _PLAIN = ("input", "constant", "table", "item")
 """What needs no name of its own."""
+_ARGUMENTS = dict.fromkeys(("sqrt", "cos", "sin", "sign", "absolute"), "({})")
+_ARGUMENTS |= dict.fromkeys(("minimum", "maximum", "power"), "({}, {})")
+"""What follows the name of each operation that languages spell as a call."""
+
+
+def calls(form: str, **names: str) -> dict[str, str]:
+    """Spelling of operations as calls of functions, see `Language.spelling`.
+
+    Parameters
+    ----------
+    form : of a function's name
+    names : by operation, where a function is not called as in NumPy
+
+    Examples
+    --------
+    >>> calls("Math.{}", absolute="abs")["absolute"]
+    'Math.abs({})'
+    """
+    return {name: form.format(names.get(name, name)) + given for name, given in _ARGUMENTS.items()}
 
 
 class Language(ABC):
