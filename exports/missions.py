@@ -72,10 +72,9 @@ class Mission:
     @property
     def held(self) -> list[tuple[float, tuple[float, ...]]]:
         """Each set of commands with the time from which it is held [s]; the last one is at rest."""
-        levels = np.array([step[1:] for step in self.steps])
-        driven = self._commands(levels)
+        driven = self._commands(np.array([step[1:] for step in self.steps]))
         begins = REST + np.cumsum([0.0, *(step[0] for step in self.steps)])
-        rows = [self.rest, *(tuple(row) for row in driven.tolist()), self.rest]
+        rows = [self.rest, *map(tuple, driven.tolist()), self.rest]
         return list(zip([0.0, *begins.tolist()], rows, strict=True))
 
     def series(self) -> tuple[Array, Array]:
