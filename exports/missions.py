@@ -192,12 +192,6 @@ _PULSES = {
 }
 
 
-def _driven(mission: Mission) -> list[int]:
-    """The thrusters that push ahead, resting or not; those that push sideways the autopilot keeps."""
-    ahead = [k for k, t in enumerate(mission.thrusters) if abs(cos(t.angle)) >= 0.5]
-    return ahead or list(range(len(mission.thrusters)))
-
-
 def _thruster(thruster: Thruster) -> str:
     pulse = thruster.command == "pwm"
     func = _FUNCTIONS[side(thruster)]
@@ -212,7 +206,9 @@ def _script(mission: Mission) -> str:
     back to the autopilot. Functions are those of ArduPilot's scripting documentation
     (libraries/AP_Scripting/docs/docs.lua).
     """
-    driven = _driven(mission)
+    # The thrusters that push ahead, resting or not; those that push sideways the autopilot keeps.
+    ahead = [k for k, t in enumerate(mission.thrusters) if abs(cos(t.angle)) >= 0.5]
+    driven = ahead or range(len(mission.thrusters))
 
     def commands(row: Sequence[float]) -> str:
         shares = mission.shares(row)

@@ -100,17 +100,11 @@ def fitted(sides: Sides) -> Fitted:
     expo = round(float(np.clip(bend @ rest / (bend @ bend), -1.0, 1.0)), 2) + 0.0
     least = min(_MOST_MIN, round(100.0 * ((1.0 - expo) * dead + expo * dead**2)))
     asymmetry = round(float(np.clip(full / back, 1.0, _MOST_ASYM)), 2) if back > 0.0 else _MOST_ASYM
-    given = thrust_of(sides, expo, asymmetry, least)
-    wanted = np.linspace(-1.0, 1.0, 201)[np.abs(np.linspace(-1.0, 1.0, 201)) * asymmetry <= 1.0] * full
-    return Fitted(expo, asymmetry, least, float(np.abs(given - wanted).max()))
-
-
-def thrust_of(sides: Sides, expo: float, asymmetry: float, least: float) -> Array:
-    """Mean force [N] that ArduPilot's motors give where it asks for shares of thrust from astern to ahead."""
-    asked = np.linspace(-1.0, 1.0, 201)
+    asked = np.linspace(-1.0, 1.0, 201)  # shares of thrust from astern to ahead
     asked = asked[np.abs(asked) * asymmetry <= 1.0]
     share = output(np.where(asked < 0.0, asymmetry * asked, asked), expo, least)
-    return np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
+    given = np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
+    return Fitted(expo, asymmetry, least, float(np.abs(given - asked * full).max()))
 
 
 def _cruise(sides: Sides, motors: Fitted) -> tuple[float, float]:

@@ -135,14 +135,13 @@ def _left_out(given: Given) -> list[str]:
     _, lost = plugin_terms(vehicle, choices.gz, inertial)
     kept = ("current_north", "current_east", "X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "inertia_z", "x_g", "y_g")
     drawn = ("thrust_scale", "arm_scale")
+    curve = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
     for symbol, parameter in PARAMETERS.items():
-        products = parameter.axis is not None and parameter.form
-        if "{" not in symbol and symbol not in (*kept, *drawn, "memory_time") and not products:
+        product = parameter.axis is not None and parameter.form
+        bends = symbol in curve or symbol.startswith("gain_")
+        if "{" not in symbol and symbol not in (*kept, *drawn, "memory_time") and not product and not bends:
             lost[symbol] = parameter.null
-    own = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
-    curve = {s for s in lost if s in own or s.startswith("gain_")}
-    sentences = missing_forces(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
-    sentences += _curve_told(vehicle)
+    sentences = missing_forces(vehicle, envelope, lost) + _curve_told(vehicle)
     sentences += missing_forces(vehicle, envelope, {"advance_loss": 0.0})
     if choices.gz == "fortress" and not inertial:
         sentences.append(_fortress_coriolis(vehicle, given))

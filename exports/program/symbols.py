@@ -272,12 +272,8 @@ def function(
 ) -> Function:
     """A function of the inputs that it uses: groups of which nothing is used are left out, but for the first."""
     results = tuple((group, tuple(map(symbolic, values))) for group, values in outputs)
-    used = {
-        symbol.data.partition(".")[0]
-        for symbol in in_order([symbol for _, symbols in results for symbol in symbols])
-        if symbol.operation == "input"
-    }
-    kept = tuple(group for k, group in enumerate(inputs) if not k or group.name in used)
+    used = set(in_order([symbol for _, symbols in results for symbol in symbols]))
+    kept = tuple(group for k, group in enumerate(inputs) if not k or used.intersection(group.symbols))
     return Function(name, about, kept, results, labels or {})
 
 
