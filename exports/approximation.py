@@ -3,7 +3,7 @@
 Throttle and steering are those of autopilots: sum and difference of the shares of full command at both sides.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +46,7 @@ def missing_forces(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, f
     sentences, rest = [], {s: x for s, x in instead.items() if any(own != x for own in values_of(vehicle, s))}
     for effect in EFFECTS:
         own = {f"{t.name}_scale" for t in vehicle.thrusters} if effect.per_thruster else set(effect.symbols)
-        moved = {symbol: rest.pop(symbol) for symbol in [s for s in rest if s in own]}
+        moved = {symbol: rest.pop(symbol) for symbol in list(rest) if symbol in own}
         if moved:
             sentences.append(_sentence(effect.name, vehicle, envelope, moved))
     return sentences + [_sentence(symbol, vehicle, envelope, {symbol: value}) for symbol, value in rest.items()]
@@ -56,7 +56,7 @@ def _sentence(name: str, vehicle: Vehicle, envelope: Envelope, moved: Mapping[st
     values = ", ".join(stated(vehicle, symbol, 4) for symbol in moved)
     begin = f"{name} ({values})"
     if set(moved) <= {"lag", "delay"}:
-        full = total_thrust(vehicle, [t for t in vehicle.thrusters if any(getattr(t, s) for s in moved)])
+        full = total_thrust(t for t in vehicle.thrusters if any(getattr(t, s) for s in moved))
         return f"{begin}: thrust is early, by up to {full:.3g} N after a step from rest to full command."
     when = f" in {_WIND:g} m/s of wind" * any(s.startswith("wind_") and len(s) == 6 for s in moved)
     when += f" after {_MINUTES:g} minutes" * any(vehicle.parameter(symbol).unit.endswith("/min") for symbol in moved)
@@ -103,9 +103,8 @@ def _forces(vehicles: Sequence[Vehicle], envelope: Envelope) -> list[Array]:
     return found
 
 
-def total_thrust(vehicle: Vehicle, of: Sequence[Thruster] | None = None) -> float:
-    """Sum of the sizes of the forces [N] of all thrusters, or of some, at full command."""
-    thrusters = vehicle.thrusters if of is None else of
+def total_thrust(thrusters: Iterable[Thruster]) -> float:
+    """Sum of the sizes of the forces [N] of thrusters at full command."""
     return float(sum(abs(t.lasting(command_of(t, np.ones(1)))[0][0]) for t in thrusters))
 
 
@@ -128,17 +127,13 @@ class Sides:
         `commanded` makes commands of a thruster from shares.
         """
         vehicle = calm(at_beginning(self.vehicle))
-        rows = round(_SETTLING / _STEP) + 1
-        time, names = _STEP * np.arange(rows, dtype=float), tuple(t.name for t in vehicle.thrusters)
+        rows, names = round(_SETTLING / _STEP) + 1, tuple(t.name for t in vehicle.thrusters)
         commands = np.zeros((len(left), len(names)))
         for k, share in ((self.port, left), (self.starboard, right)):
             commands[:, k] = commanded(vehicle.thrusters[k], share)
-        asked = []
-        for held in commands:
-            still = np.zeros((rows, 3))
-            motion = Motion(time, still[:, :2], still[:, 2], still, np.tile(held, (rows, 1)), names)
-            asked.append((vehicle, Legs(motion, np.array([0]), rows - 1)))
-        return np.array([found.states[0, -1, 1:] for found in rollouts(asked, placed=False)])
+        motions = (Motion.at_rest(_STEP, np.tile(held, (rows, 1)), names) for held in commands)
+        legs = [(vehicle, Legs(motion, np.array([0]), rows - 1)) for motion in motions]
+        return np.array([found.states[0, -1, 1:] for found in rollouts(legs, placed=False)])
 
     def thrusters(self) -> tuple[Thruster, Thruster]:
         """That at port and that at starboard."""
@@ -147,8 +142,8 @@ class Sides:
 
 def missing_surroundings(vehicle: Vehicle, envelope: Envelope, written: Collection[str] = ()) -> list[str]:
     """A sentence for all that surrounds a vehicle or changes by the minute, but for symbols that are written."""
-    stated = (p for p in PARAMETERS.values() if p.section == "environment" or p.unit.endswith("/min"))
-    return missing_forces(vehicle, envelope, {p.symbol: p.null for p in stated if p.symbol not in written})
+    around = (p for p in PARAMETERS.values() if p.section == "environment" or p.unit.endswith("/min"))
+    return missing_forces(vehicle, envelope, {p.symbol: p.null for p in around if p.symbol not in written})
 
 
 def sides_of(vehicle: Vehicle, to: str) -> Sides:

@@ -72,10 +72,9 @@ class Mission:
     @property
     def held(self) -> list[tuple[float, tuple[float, ...]]]:
         """Each set of commands with the time from which it is held [s]; the last one is at rest."""
-        levels = np.array([step[1:] for step in self.steps])
-        driven = self._commands(levels)
+        driven = self._commands(np.array([step[1:] for step in self.steps]))
         begins = REST + np.cumsum([0.0, *(step[0] for step in self.steps)])
-        rows = [self.rest, *(tuple(row) for row in driven.tolist()), self.rest]
+        rows = [self.rest, *map(tuple, driven.tolist()), self.rest]
         return list(zip([0.0, *begins.tolist()], rows, strict=True))
 
     def series(self) -> tuple[Array, Array]:
@@ -193,12 +192,6 @@ _PULSES = {
 }
 
 
-def _driven(mission: Mission) -> list[int]:
-    """The thrusters that push ahead, resting or not; those that push sideways the autopilot keeps."""
-    ahead = [k for k, t in enumerate(mission.thrusters) if abs(cos(t.angle)) >= 0.5]
-    return ahead or list(range(len(mission.thrusters)))
-
-
 def _thruster(thruster: Thruster) -> str:
     pulse = thruster.command == "pwm"
     func = _FUNCTIONS[side(thruster)]
@@ -213,7 +206,9 @@ def _script(mission: Mission) -> str:
     back to the autopilot. Functions are those of ArduPilot's scripting documentation
     (libraries/AP_Scripting/docs/docs.lua).
     """
-    driven = _driven(mission)
+    # The thrusters that push ahead, resting or not; those that push sideways the autopilot keeps.
+    ahead = [k for k, t in enumerate(mission.thrusters) if abs(cos(t.angle)) >= 0.5]
+    driven = ahead or range(len(mission.thrusters))
 
     def commands(row: Sequence[float]) -> str:
         shares = mission.shares(row)

@@ -78,6 +78,7 @@ _AXES = 3
 """Surge, sway and yaw."""
 
 
+@dataclass(frozen=True, slots=True)
 class _Layers:
     """Layers of a network on the vectors of a tool.
 
@@ -88,8 +89,9 @@ class _Layers:
     left : gain of the correction on each axis; None where it is said whole
     """
 
-    def __init__(self, on: VectorOperations, weights: Weights, left: Vector | None) -> None:
-        self.on, self.weights, self.left = on, weights, left
+    on: VectorOperations
+    weights: Weights
+    left: Vector | None
 
     def linear(self, name: str, x: Vector) -> Vector:
         """A fully connected layer."""
@@ -301,9 +303,8 @@ class CorrectedProgram:
         )
         self.seen: Function = network_inputs(self.program.vehicle, model.time_step, model.heading)
         self._kind, self._weights, self._trusted = kind, weights_of(network), network.gain
-        self._memory = Group(
-            "memory", "what the network remembers", _numbered("memory", _memory_size(kind, self._weights))
-        )
+        remembered = tuple(f"memory_{k}" for k in range(_memory_size(kind, self._weights)))
+        self._memory = Group("memory", "what the network remembers", remembered)
         said = Group("correction", "acceleration [m/s^2, m/s^2, rad/s^2]", ACCELERATIONS)
         about = "What the network says of what it sees and remembers."
         kept = (self._memory,) * bool(self._memory.members)
@@ -366,7 +367,3 @@ class CorrectedProgram:
 
         after = Group("after", f"the next {whole.about}", whole.members)
         return Built("step_corrected", step.about, (whole, *self._inputs(step)), (after,), build)
-
-
-def _numbered(name: str, count: int) -> tuple[str, ...]:
-    return tuple(f"{name}_{k}" for k in range(count))

@@ -86,8 +86,7 @@ def _view(prefix: str, channels: Sequence[str], effects: Mapping[str, SeriesTabl
     forces = []
     for name, axis, unit in zip(FORCES, AXES, FORCE_UNITS, strict=True):
         left = [Curve(f"{prefix}/residual/{model}", name, f"unexplained {model}") for model in _MODELS]
-        largest = {label: np.nanmax(np.abs(force[name]), initial=0.0) for label, force in effects.items()}
-        acting = {effect_topic(label): label for label, most in largest.items() if most > 0.0}
+        acting = {effect_topic(label): label for label, force in effects.items() if (np.abs(force[name]) > 0.0).any()}
         found = [Curve(f"{prefix}{topic}", name, label) for topic, label in acting.items()]
         what = "moment" if axis == "yaw" else "force"
         forces.append(Plot(f"{axis} {what} that the model lacks [{unit}]", (*left, *found)))

@@ -113,11 +113,9 @@ def _kept_place(away: Array, heading: float, pace: Pace) -> Steering:
         return Steering(0.0, heading, way=0.0)
     course = float(np.arctan2(away[1], away[0]))
     off = float(wrap_angle(np.array(course - heading)))
-    back = abs(off) > 0.5 * np.pi
-    bow = course + np.pi if back else course
-    facing = max(0.0, abs(np.cos(off)))
-    speed = min(distance / _CATCH_UP, pace.speed) * facing
-    return Steering(-speed if back else speed, bow, way=-1.0 if back else 1.0)
+    way = 1.0 if abs(off) <= 0.5 * np.pi else -1.0
+    speed = min(distance / _CATCH_UP, pace.speed) * abs(np.cos(off))
+    return Steering(way * speed, course if way > 0.0 else course + np.pi, way=way)
 
 
 _SPEED_TIME, _RATE_TIME, _HEADING_TIME = 0.7, 0.4, 1.0
@@ -149,11 +147,8 @@ class FeedForward(Controller):
         pull = numbers(self.known.pulled(state, minutes)) + belief.added
         push = np.asarray(self.known.pushed(state, minutes), dtype=float)
         force = self._shared(push[[0, 2]], change - pull[[0, 2]])
-        force = self._ahead_of_lag(force, state)
-        own = self.known.program.vehicle
-        u, v, r = state[3:6]
-        through, _, _ = relative_velocity(own, state[2], (u, v, r), minutes)
-        return ControlRequest(force, float(through))
+        through, _, _ = relative_velocity(self.known.program.vehicle, state[2], tuple(state[3:6]), minutes)
+        return ControlRequest(self._ahead_of_lag(force, state), float(through))
 
     def _when_it_acts(self, belief: Belief) -> tuple[Array, int]:
         """The state at which what is asked for now acts, and in how many periods that is."""

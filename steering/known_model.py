@@ -11,7 +11,7 @@ from ..exports.formats.to_casadi import casadi_function
 from ..exports.program.model_program import Program, network_inputs, program_of
 from ..exports.program.symbols import Function
 from ..physics.errors import RequestError
-from ..physics.forces import at_beginning, calm, held_acceleration, remaining_thrust
+from ..physics.forces import at_beginning, calm, held_acceleration, held_thrust, remaining_thrust
 from ..physics.motion import Array, wrap_angle
 from ..physics.thrusters import TableCurve, Thruster, command_of, neutral_command
 from ..physics.vehicle import Vehicle
@@ -35,23 +35,25 @@ class ThrustInverse:
     Attributes
     ----------
     vehicle : whose curves they are
+    commands : (thrusters, n) from one end of each curve to the other, in the thrusters' own units
+    forces, losses : (thrusters, n) force at rest [N] and loss per advance speed [N s/m] of these commands
     lower, upper : (thrusters,) forces at rest that its commands reach [N]
     """
 
     vehicle: Vehicle
-    commands: tuple[Array, ...]
-    forces: tuple[Array, ...]
-    losses: tuple[Array, ...]
+    commands: Array
+    forces: Array
+    losses: Array
 
     @property
     def lower(self) -> Array:
         """Least force of each thruster at rest [N]."""
-        return np.array([force.min() for force in self.forces])
+        return self.forces.min(axis=1)
 
     @property
     def upper(self) -> Array:
         """Largest force of each thruster at rest [N]."""
-        return np.array([force.max() for force in self.forces])
+        return self.forces.max(axis=1)
 
     def command(self, force: Array, minutes: float = 0.0, advance: float = 0.0) -> Array:
         """Commands (thrusters,) in the thrusters' own units that give forces (thrusters,) [N].
@@ -63,19 +65,15 @@ class ThrustInverse:
         """
         found = []
         for k, thruster in enumerate(self.vehicle.thrusters):
-            left = float(remaining_thrust(thruster, np.array(minutes))) if thruster.thrust_rate else 1.0
-            made = left * (self.forces[k] - advance * self.losses[k])
-            rising = np.maximum.accumulate(made if made[-1] >= made[0] else made[::-1])
-            order = self.commands[k] if made[-1] >= made[0] else self.commands[k][::-1]
-            found.append(_looked_up(float(force[k]), rising, order))
+            made = remaining_thrust(thruster, np.array(minutes)) * (self.forces[k] - advance * self.losses[k])
+            way = 1 if made[-1] >= made[0] else -1
+            found.append(_looked_up(float(force[k]), np.maximum.accumulate(made[::way]), self.commands[k, ::way]))
         return np.array(found)
 
     def at_rest(self, command: Array, minutes: float = 0.0) -> Array:
         """Forces at rest (thrusters,) that commands (thrusters,) give [N]."""
-        found = np.array(
-            [float(t.lasting(np.array([c]))[0][0]) for t, c in zip(self.vehicle.thrusters, command, strict=True)]
-        )
-        return found * [float(remaining_thrust(t, np.array(minutes))) for t in self.vehicle.thrusters]
+        force, _ = held_thrust(self.vehicle, command[None])
+        return force[:, 0] * [float(remaining_thrust(t, np.array(minutes))) for t in self.vehicle.thrusters]
 
     def share(self, command: Array) -> Array:
         """Commands (n, thrusters) as shares of full command."""
@@ -93,12 +91,8 @@ def _looked_up(force: float, rising: Array, order: Array) -> float:
 
 def thrust_inverse(vehicle: Vehicle) -> ThrustInverse:
     """The inverse of a vehicle's thrusters."""
-    shares = np.linspace(-1.0, 1.0, _POINTS)
-    commands = tuple(command_of(t, shares) for t in vehicle.thrusters)
-    pairs = [t.lasting(c) for t, c in zip(vehicle.thrusters, commands, strict=True)]
-    return ThrustInverse(
-        vehicle, commands, tuple(p[0] for p in pairs), tuple(np.broadcast_to(p[1], p[0].shape) for p in pairs)
-    )
+    commands = np.array([command_of(t, np.linspace(-1.0, 1.0, _POINTS)) for t in vehicle.thrusters])
+    return ThrustInverse(vehicle, commands, *held_thrust(vehicle, commands.T))
 
 
 def in_newtons(vehicle: Vehicle) -> Vehicle:
@@ -116,9 +110,7 @@ def in_newtons(vehicle: Vehicle) -> Vehicle:
 
 def _straight(thruster: Thruster, most: float) -> Thruster:
     wide = _WIDE * max(most, 1e-9)
-    kept: dict[str, Any] = {
-        name: getattr(thruster, name) for name in ("name", "x", "y", "angle", "lag", "delay", "arm_scale")
-    }
+    kept = thruster.model_dump(include={"name", "x", "y", "angle", "lag", "delay", "arm_scale"})
     curve = TableCurve(kind="table", command=(-wide, wide), force=(-wide, wide))
     command = "tau" if thruster.command == "tau" else "newton"
     return Thruster(**kept, command=command, curve=curve, advance_loss=_WIDE * thruster.advance_loss)

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, nearest
 from ..physics.forces import ForceEquation, at_beginning, calm
 from ..physics.momentum_balance import thruster_matrix
 from ..physics.motion import Array
@@ -145,8 +144,9 @@ def track_named(name: str, pace: Pace) -> Track:
         for an unknown track, naming the nearest.
     """
     if name not in TRACKS:
-        near = get_close_matches(name, TRACKS, n=1, cutoff=0.0)
-        raise RequestError(f"unknown track {name!r}: did you mean {near[0]!r}? There are: {', '.join(TRACKS)}")
+        raise RequestError(
+            f"unknown track {name!r}: did you mean {nearest(name, TRACKS)!r}? There are: {', '.join(TRACKS)}"
+        )
     legs = TRACKS[name].legs
     return drawn(name, [_START, *legs, Leg(LEAD_OUT, legs[-1].speed)], pace)
 

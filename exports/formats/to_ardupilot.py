@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.errors import RequestError
+from ...physics.momentum_balance import stated, values_of
 from ...physics.motion import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
-from ..approximation import Sides, missing_surroundings, sides_of, stated, values_of
+from ..approximation import Sides, missing_surroundings, sides_of
 from ..known_facts import remarks
 from .base import Export, Given
 
@@ -59,10 +60,10 @@ class Servo(NamedTuple):
 
 def servo(thruster: Thruster) -> Servo:
     """The output of a thruster that is commanded in microseconds, in whole ones as ArduPilot has them."""
-    low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
-    rest, ahead = command_of(thruster, np.array([0.0, 1.0]))
-    least, trim, most = (float(round(x)) for x in (low, neutral_command(thruster), high))
-    return Servo(least, trim, most, bool(ahead < rest))
+    astern, rest, ahead = command_of(thruster, np.array([-1.0, 0.0, 1.0])).tolist()
+    ends = min(astern, ahead), neutral_command(thruster), max(astern, ahead)
+    least, trim, most = (float(round(x)) for x in ends)
+    return Servo(least, trim, most, ahead < rest)
 
 
 def commanded(thruster: Thruster, share: Array) -> Array:
@@ -81,9 +82,9 @@ def thrust(thruster: Thruster, share: Array) -> Array:
 
 def _dead(thruster: Thruster) -> float:
     """Share of full output ahead up to which a thruster's dead zone reaches."""
-    reached = commanded(thruster, np.array([0.0, 1.0]))
+    rest, full = commanded(thruster, np.array([0.0, 1.0]))
     end = command_of(thruster, np.array(thruster.dead_zone))
-    return float((end - reached[0]) / (reached[1] - reached[0])) if thruster.dead_zone else 0.0
+    return float((end - rest) / (full - rest)) if thruster.dead_zone else 0.0
 
 
 def fitted(sides: Sides) -> Fitted:
@@ -99,17 +100,11 @@ def fitted(sides: Sides) -> Fitted:
     expo = round(float(np.clip(bend @ rest / (bend @ bend), -1.0, 1.0)), 2) + 0.0
     least = min(_MOST_MIN, round(100.0 * ((1.0 - expo) * dead + expo * dead**2)))
     asymmetry = round(float(np.clip(full / back, 1.0, _MOST_ASYM)), 2) if back > 0.0 else _MOST_ASYM
-    given = thrust_of(sides, expo, asymmetry, least)
-    wanted = np.linspace(-1.0, 1.0, 201)[np.abs(np.linspace(-1.0, 1.0, 201)) * asymmetry <= 1.0] * full
-    return Fitted(expo, asymmetry, least, float(np.abs(given - wanted).max()))
-
-
-def thrust_of(sides: Sides, expo: float, asymmetry: float, least: float) -> Array:
-    """Mean force [N] that ArduPilot's motors give where it asks for shares of thrust from astern to ahead."""
-    asked = np.linspace(-1.0, 1.0, 201)
+    asked = np.linspace(-1.0, 1.0, 201)  # shares of thrust from astern to ahead
     asked = asked[np.abs(asked) * asymmetry <= 1.0]
     share = output(np.where(asked < 0.0, asymmetry * asked, asked), expo, least)
-    return np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
+    given = np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
+    return Fitted(expo, asymmetry, least, float(np.abs(given - asked * full).max()))
 
 
 def _cruise(sides: Sides, motors: Fitted) -> tuple[float, float]:

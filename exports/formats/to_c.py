@@ -10,7 +10,7 @@ from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Array
 from ..known_facts import KnownFacts, filled, remarks
 from ..program.model_program import Program, program_of
-from ..program.printer import Language, identifier, wrapped
+from ..program.printer import Language, calls, identifier, wrapped
 from ..program.symbols import Function, Group
 from ..program.vectors import drawn, driven
 from .base import Export, Given
@@ -25,14 +25,7 @@ _ROWS, _SECONDS = 50, 10.0
 """States, and length of a rollout [s], in the vectors: a file of some 100 kB."""
 
 
-_SPELLING = {
-    **{name: f"UT_FUNCTION({name})({{}})" for name in ("sqrt", "cos", "sin")},
-    "absolute": "UT_FUNCTION(fabs)({})",
-    "minimum": "UT_FUNCTION(fmin)({}, {})",
-    "maximum": "UT_FUNCTION(fmax)({}, {})",
-    "power": "UT_FUNCTION(pow)({}, {})",
-    "where": "({} ? {} : {})",
-}
+_SPELLING = calls("UT_FUNCTION({})", absolute="fabs", minimum="fmin", maximum="fmax", power="pow")
 
 
 @final
@@ -44,7 +37,7 @@ class C99(Language):
     def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
         super().__init__(prefix, functions)
         self._real = f"{prefix}real"
-        self.spelling = _SPELLING | {"sign": f"{prefix}sign({{}})"}
+        self.spelling = _SPELLING | {"sign": f"{prefix}sign({{}})", "where": "({} ? {} : {})"}
         self.named = f"const {self._real} {{}} = {{}};"
 
     def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:

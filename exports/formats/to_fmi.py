@@ -38,12 +38,12 @@ def _called(program: Program, function: Function, prefix: str) -> str:
 
 def source(program: Program, name: str, token: str) -> str:
     """The C file of the unit."""
-    inputs, begun = _inputs(program)
+    inputs = _inputs(program)
     told = {
         "INPUTS": str(len(inputs)),
         "PARAMETERS": "7",
         "STATES": str(len(program.state)),
-        "BEGUN": ", ".join(map(repr, begun)),
+        "BEGUN": ", ".join(repr(value) for _, _, value in inputs),
         "STEP": repr(program.time_step),
         "CLOCK": "parameter[6]",
         "TOKEN": f'"{token}"',
@@ -55,24 +55,22 @@ def source(program: Program, name: str, token: str) -> str:
     return head + text.replace('"MODEL.h"', f'"{name}.h"').replace("MODEL.h", f"{name}.h")
 
 
-def _inputs(program: Program) -> tuple[list[tuple[str, str]], list[float]]:
-    """Names and units of the inputs, and their values at the start."""
-    thrusters = program.vehicle.thrusters
-    named = [(t.channel, "N.m" if t.push[:2] == (0.0, 0.0) else _OF_COMMAND[t.command]) for t in thrusters]
-    begun = [neutral_command(t) for t in thrusters]
+def _inputs(program: Program) -> list[tuple[str, str, float]]:
+    """Name, unit, and value at the start of each input."""
+    found = [
+        (t.channel, "N.m" if t.push[:2] == (0.0, 0.0) else _OF_COMMAND[t.command], neutral_command(t))
+        for t in program.vehicle.thrusters
+    ]
     if any(group.name == "air" for group in program.step.inputs):
-        return [*named, ("air_north", "m/s"), ("air_east", "m/s")], [*begun, 0.0, 0.0]
-    return named, begun
+        found += [("air_north", "m/s", 0.0), ("air_east", "m/s", 0.0)]
+    return found
 
 
 def description(program: Program, name: str, token: str, facts: KnownFacts) -> bytes:
     """modelDescription.xml."""
-    inputs, begun = _inputs(program)
+    inputs = _inputs(program)
     rows = [("time", "s", {"causality": "independent"})]
-    rows += [
-        (label, unit, {"causality": "input", "start": repr(value)})
-        for (label, unit), value in zip(inputs, begun, strict=True)
-    ]
+    rows += [(label, unit, {"causality": "input", "start": repr(value)}) for label, unit, value in inputs]
     fixed = {"causality": "parameter", "variability": "fixed", "start": "0.0"}
     rows += [(f"{label}_start", _UNITS[label], fixed) for label in MOTION] + [("minutes_start", "min", fixed)]
     rows += [(label, _UNITS[label], {"causality": "output"}) for label in MOTION]
@@ -80,7 +78,7 @@ def description(program: Program, name: str, token: str, facts: KnownFacts) -> b
     for reference, (label, unit, rest) in enumerate(rows):
         here = {"name": label, "valueReference": str(reference), "variability": "continuous", "unit": unit} | rest
         variables.append(xml_node("Float64", **here))
-    units = dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit in inputs)])
+    units = dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit, _ in inputs)])
     outputs = range(len(rows) - len(MOTION), len(rows))
     structure = [xml_node(kind, valueReference=str(k)) for kind in ("Output", "InitialUnknown") for k in outputs]
     step = repr(program.time_step)

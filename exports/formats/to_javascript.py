@@ -17,7 +17,7 @@ from ...physics.thrusters import GAINS, Thruster
 from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ..known_facts import filled, remarks
 from ..program.model_program import program_of
-from ..program.printer import Language, identifier, wrapped
+from ..program.printer import Language, calls, identifier, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
@@ -68,21 +68,13 @@ exports module require document location top window
 thrust rates derivatives start step
 """
 """What the language, node or a browser keeps for itself, and the functions of the module."""
-_SPELLING = {
-    **{name: f"Math.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
-    "absolute": "Math.abs({})",
-    "minimum": "Math.min({}, {})",
-    "maximum": "Math.max({}, {})",
-    "power": "Math.pow({}, {})",
-    "where": "({} ? {} : {})",
-}
 
 
 @final
 class JavaScript(Language):
     """JavaScript functions on arrays."""
 
-    spelling = _SPELLING
+    spelling = calls("Math.{}", absolute="abs", minimum="min", maximum="max", power="pow") | {"where": "({} ? {} : {})"}
     named = "const {} = {};"
 
     def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ from typing import final
 from ...physics.errors import RequestError, shown
 from ..known_facts import filled, remarks
 from ..program.model_program import program_of
-from ..program.printer import Language, wrapped
+from ..program.printer import Language, calls, wrapped
 from ..program.symbols import COMPARED, INFIX, Function
 from .base import Export, Given
 
@@ -19,21 +19,14 @@ abs cellfun cos max min pick rows sign sin size sqrt struct sum zeros
 thrust rates derivatives start step
 """
 """What the language keeps for itself, and what the file calls."""
-_SPELLING = {
-    **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
-    "absolute": "abs({})",
-    "minimum": "min({}, {})",
-    "maximum": "max({}, {})",
-    "power": "({}) .^ ({})",
-    "where": "pick({}, {}, {})",
-}
 
 
 @final
 class Matlab(Language):
     """MATLAB functions on columns, side by side where there are several boats."""
 
-    spelling = _SPELLING
+    spelling = calls("{}", absolute="abs", minimum="min", maximum="max")
+    spelling |= {"power": "({}) .^ ({})", "where": "pick({}, {}, {})"}
     infix = INFIX | COMPARED | {"multiply": ".*", "divide": "./"}
     item = "{}({}, :)"
     between = "; "

@@ -72,11 +72,10 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         f"  thrust_map = {', '.join(f'{percent}:{speed:g}' for percent, speed in thrust_map(sides))}",
         f"  max_acceleration = {faster:.6g}",
         f"  max_deceleration = {slower:.6g}",
+        *(f"  {name} = {vehicle.value(symbol):.6g}" for name, symbol in _DRIFT.items() if vehicle.value(symbol)),
+        "}\n",
     ]
-    for name, symbol in _DRIFT.items():
-        if vehicle.value(symbol):
-            lines.append(f"  {name} = {vehicle.value(symbol):.6g}")
-    return {path: (remarks(given.facts.lines(), "// ") + "\n".join([*lines, "}", ""])).encode()}
+    return {path: (remarks(given.facts.lines(), "// ") + "\n".join(lines)).encode()}
 
 
 EXPORT = Export("MOOS-IvP block for uSimMarine with the thrust map", ".moos", _files, ("// ", ""), _left_out)

@@ -6,23 +6,16 @@ from typing import final
 
 from ..known_facts import filled, remarks
 from ..program.model_program import Program, program_of
-from ..program.printer import Language, wrapped
+from ..program.printer import Language, calls, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
-
-_SPELLING = {
-    **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
-    **{name: f"np.{name}({{}}, {{}})" for name in ("minimum", "maximum", "power")},
-    "absolute": "np.abs({})",
-    "where": "np.where({}, {}, {})",
-}
 
 
 @final
 class PythonModule(Language):
     """Python functions on arrays."""
 
-    spelling = _SPELLING
+    spelling = calls("np.{}", absolute="abs") | {"where": "np.where({}, {}, {})"}
     packed = "_rows({})"
     several = "{}"
 

@@ -20,20 +20,15 @@ def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
     result: dict[str, Any] = {"vehicle_name": vehicle.name, "axes": "NED/FRD, SI units"}
     result |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
     if vehicle.hull is not None:
-        result["hull"] = {"length": float(vehicle.hull.length), "draught": float(vehicle.hull.draught)}
-    for section in SECTIONS:
-        numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
-        if numbers:
-            result[section] = numbers
+        result["hull"] = _plain(vehicle.hull.model_dump())
+    sections = {section: _plain(dict(getattr(vehicle, section))) for section in SECTIONS}
+    result |= {section: numbers for section, numbers in sections.items() if numbers}
     result["thruster_names"] = [t.name for t in vehicle.thrusters]
     result["thrusters"] = {t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters}
     if vehicle.terms:
         names = [f"term_{k + 1}" for k in range(len(vehicle.terms))]
         result["term_names"] = names
-        result["terms"] = {
-            name: {"axis": term.axis, "form": term.form, "value": float(term.value)}
-            for name, term in zip(names, vehicle.terms, strict=True)
-        }
+        result["terms"] = {n: _plain(term.model_dump()) for n, term in zip(names, vehicle.terms, strict=True)}
     return result
 
 

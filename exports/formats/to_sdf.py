@@ -18,12 +18,11 @@ from ...physics.effects import PARAMETERS
 from ...physics.errors import RequestError
 from ...physics.momentum_balance import mass_rows, terms_by_symbol
 from ...physics.motion import Array
-from ...physics.thrusters import Thruster
+from ...physics.thrusters import Thruster, command_of
 from ...physics.vehicle import Vehicle
 from ..approximation import difference, missing_forces, total_thrust
 from ..elements import xml_node
 from ..program.printer import identifier
-from ..program.vectors import commands_of
 from .base import Export, Given
 
 _MOMENTS, _SPEEDS = "xyn", "UVR"
@@ -75,9 +74,8 @@ def plugin_terms(vehicle: Vehicle, gz: str, rigid_only: bool) -> tuple[dict[str,
             terms |= {"yDotR": p["Y_rdot"], "nDotV": p["Y_rdot"]}
         elif p["Y_rdot"]:
             lost["Y_rdot"] = 0.0
-    heave = {"zW": -_DECAY * p["mass"]}
     izz = p["inertia_z"]
-    heave |= {"kP": -_DECAY * _ROLL * izz, "mQ": -_DECAY * _PITCH * izz}
+    heave = {"zW": -_DECAY * p["mass"], "kP": -_DECAY * _ROLL * izz, "mQ": -_DECAY * _PITCH * izz}
     if gz == "fortress":  # whose terms are not zero where they are not named
         zeros = ("xDotU", "yDotV", "zDotW", "kDotP", "mDotQ", "nDotR", "xU", "yV", "nR", "xUU", "yVV", "zWW", "kPP")
         terms = dict.fromkeys((*zeros, "mQQ", "nRR"), 0.0) | terms
@@ -137,19 +135,18 @@ def _left_out(given: Given) -> list[str]:
     _, lost = plugin_terms(vehicle, choices.gz, inertial)
     kept = ("current_north", "current_east", "X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "inertia_z", "x_g", "y_g")
     drawn = ("thrust_scale", "arm_scale")
+    curve = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
     for symbol, parameter in PARAMETERS.items():
-        products = parameter.axis is not None and parameter.form
-        if "{" not in symbol and symbol not in (*kept, *drawn, "memory_time") and not products:
+        product = parameter.axis is not None and parameter.form
+        bends = symbol in curve or symbol.startswith("gain_")
+        if "{" not in symbol and symbol not in (*kept, *drawn, "memory_time") and not product and not bends:
             lost[symbol] = parameter.null
-    own = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
-    curve = {s for s in lost if s in own or s.startswith("gain_")}
-    sentences = missing_forces(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
-    sentences += _curve_told(vehicle)
+    sentences = missing_forces(vehicle, envelope, lost) + _curve_told(vehicle)
     sentences += missing_forces(vehicle, envelope, {"advance_loss": 0.0})
     if choices.gz == "fortress" and not inertial:
         sentences.append(_fortress_coriolis(vehicle, given))
-    if inertial and (vehicle.value("current_north") or vehicle.value("current_east")):
-        speed = float(np.hypot(vehicle.value("current_north"), vehicle.value("current_east")))
+    speed = float(np.hypot(vehicle.value("current_north"), vehicle.value("current_east")))
+    if inertial and speed:
         most = max(map(abs, (envelope.lower[2], envelope.upper[2])))
         size = max(-vehicle.value("X_udot"), -vehicle.value("Y_vdot")) * speed * most
         sentences.append(f"The physics engine's added mass does not know the current: up to {size:.3g} N in a turn.")
@@ -163,11 +160,10 @@ def _left_out(given: Given) -> list[str]:
 def _curve_told(vehicle: Vehicle) -> list[str]:
     most = 0.0
     share = np.linspace(-1.0, 1.0, 201)
-    for k, thruster in enumerate(vehicle.thrusters):
-        command = commands_of(vehicle, np.tile(share[:, None], len(vehicle.thrusters)))[:, k]
-        force = thruster.lasting(command)[0]
+    for thruster in vehicle.thrusters:
+        force = thruster.lasting(command_of(thruster, share))[0]
         most = max(most, float(np.abs(force - np.where(share < 0, -force[0], force[-1]) * share).max()))
-    if most < 1e-9 * total_thrust(vehicle):
+    if most < 1e-9 * total_thrust(vehicle.thrusters):
         return []
     return [
         "The way from a command to newtons: Gazebo is commanded in newtons, which the function `thrust` of the exports "
@@ -234,9 +230,8 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     if north or east:
         water["default_current"] = f"{east!r} {north!r} 0"
     pushes = []
-    for k, thruster in enumerate(vehicle.thrusters):
-        ends = commands_of(vehicle, np.tile([[-1.0], [1.0]], len(vehicle.thrusters)))[:, k]
-        low, high = np.sort(thruster.lasting(ends)[0]).tolist()
+    for thruster in vehicle.thrusters:
+        low, high = np.sort(thruster.lasting(command_of(thruster, np.array([-1.0, 1.0])))[0]).tolist()
         push = {"namespace": name, "joint_name": f"{thruster.name}_joint", "thrust_coefficient": "0.02"}
         push |= {"fluid_density": "1000.0", "propeller_diameter": "0.1", "velocity_control": "true"}
         push |= {"max_thrust_cmd": repr(high), "min_thrust_cmd": repr(low)}

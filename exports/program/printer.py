@@ -17,6 +17,25 @@ _LONGEST = 70
 """Letters of an expression that still stands within another; a longer one gets a name of its own."""
 _PLAIN = ("input", "constant", "table", "item")
 """What needs no name of its own."""
+_ARGUMENTS = dict.fromkeys(("sqrt", "cos", "sin", "sign", "absolute"), "({})")
+_ARGUMENTS |= dict.fromkeys(("minimum", "maximum", "power"), "({}, {})")
+"""What follows the name of each operation that languages spell as a call."""
+
+
+def calls(form: str, **names: str) -> dict[str, str]:
+    """Spelling of operations as calls of functions, see `Language.spelling`.
+
+    Parameters
+    ----------
+    form : of a function's name
+    names : by operation, where a function is not called as in NumPy
+
+    Examples
+    --------
+    >>> calls("Math.{}", absolute="abs")["absolute"]
+    'Math.abs({})'
+    """
+    return {name: form.format(names.get(name, name)) + given for name, given in _ARGUMENTS.items()}
 
 
 class Language(ABC):
@@ -43,13 +62,11 @@ class Language(ABC):
     def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
         self.prefix = prefix
         self.functions = tuple(functions)
-        self._curves: dict[tuple[int, int], tuple[str, Symbol, Symbol]] = {}
+        self._curves: dict[tuple[Symbol, ...], str] = {}
         for asked in functions:
             for symbol in in_order(asked.results):
                 if symbol.operation == "interp":
-                    xs, ys = symbol.operands[1:]
-                    name = f"{prefix}curve_{len(self._curves) + 1}"
-                    self._curves.setdefault((id(xs), id(ys)), (name, xs, ys))
+                    self._curves.setdefault(symbol.operands[1:], f"{prefix}curve_{len(self._curves) + 1}")
 
     def pack(self, texts: Sequence[str]) -> str:
         """An array of numbers."""
@@ -76,7 +93,7 @@ class Language(ABC):
         """All curves and functions."""
         curves = (
             self.curve(name, *(list(map(self._number, points.data)) for points in both))
-            for name, *both in self._curves.values()
+            for both, name in self._curves.items()
         )
         return "\n".join([*curves, *(self.define(each, *self._body(each)) for each in self.functions)])
 
@@ -88,19 +105,18 @@ class Language(ABC):
 
     def _body(self, asked: Function) -> tuple[list[str], list[list[str]]]:
         order = in_order(asked.results)
-        uses = Counter(id(each) for symbol in order for each in symbol.operands)
-        uses.update(id(symbol) for symbol in asked.results)
+        uses = Counter([*asked.results, *(each for symbol in order for each in symbol.operands)])
         groups = {group.name: group for group in asked.inputs}
-        told: dict[int, tuple[str, int]] = {}
+        told: dict[Symbol, tuple[str, int]] = {}
         lines: list[str] = []
-        names = {group.name for group in asked.inputs} | {group.name for group, _ in asked.outputs}
-        calls: dict[int, list[tuple[str, int]]] = {}
+        names = groups.keys() | {group.name for group, _ in asked.outputs}
+        given: dict[Symbol, list[tuple[str, int]]] = {}
         for symbol in order:
             if symbol.operation == "call":
                 function: Function = symbol.data
-                found = [f"{group.name}_{len(calls) + 1}" for group, _ in function.outputs]
-                lines += self.called(function, [told[id(each)][0] for each in symbol.operands], found)
-                calls[id(symbol)] = [
+                found = [f"{group.name}_{len(given) + 1}" for group, _ in function.outputs]
+                lines += self.called(function, [told[each][0] for each in symbol.operands], found)
+                given[symbol] = [
                     (name, k)
                     for name, (_, results) in zip(found, function.outputs, strict=True)
                     for k in range(len(results))
@@ -110,29 +126,28 @@ class Language(ABC):
                 name, _, place = symbol.data.partition(".")
                 text, binds = name if groups[name].single else self._element(name, int(place)), _ATOM
             elif symbol.operation == "item":
-                text, binds = self._element(*calls[id(symbol.operands[0])][symbol.data]), _ATOM
+                text, binds = self._element(*given[symbol.operands[0]][symbol.data]), _ATOM
             elif symbol.operation == "table":
                 continue
             else:
                 text, binds = self._expression(symbol, told)
             label = asked.labels.get(symbol)
-            several = symbol.operation not in _PLAIN and (uses[id(symbol)] > 1 or len(text) > _LONGEST)
+            several = symbol.operation not in _PLAIN and (uses[symbol] > 1 or len(text) > _LONGEST)
             if label or several:
                 name = _free_name(label or "", names)
                 names.add(name)
                 lines.append(self.named.format(name, text))
                 text, binds = name, _ATOM
-            told[id(symbol)] = text, binds
-        return lines, [[told[id(each)][0] for each in results] for _, results in asked.outputs]
+            told[symbol] = text, binds
+        return lines, [[told[each][0] for each in results] for _, results in asked.outputs]
 
-    def _expression(self, symbol: Symbol, told: Mapping[int, tuple[str, int]]) -> tuple[str, int]:
+    def _expression(self, symbol: Symbol, told: Mapping[Symbol, tuple[str, int]]) -> tuple[str, int]:
         """Text of an operation, and how strongly it binds."""
         if symbol.operation == "constant":
             return self._number(symbol.data), _ATOM if symbol.data >= 0.0 else _BINDS["negative"]
         if symbol.operation == "interp":
-            name, *_ = self._curves[id(symbol.operands[1]), id(symbol.operands[2])]
-            return f"{name}({told[id(symbol.operands[0])][0]})", _ATOM
-        operands = [told[id(each)] for each in symbol.operands]
+            return f"{self._curves[symbol.operands[1:]]}({told[symbol.operands[0]][0]})", _ATOM
+        operands = [told[each] for each in symbol.operands]
         binds = _BINDS.get(symbol.operation)
         if binds is None:
             return self.spelling[symbol.operation].format(*(text for text, _ in operands)), _ATOM

@@ -272,29 +272,23 @@ def function(
 ) -> Function:
     """A function of the inputs that it uses: groups of which nothing is used are left out, but for the first."""
     results = tuple((group, tuple(map(symbolic, values))) for group, values in outputs)
-    used = {
-        symbol.data.partition(".")[0]
-        for symbol in in_order([symbol for _, symbols in results for symbol in symbols])
-        if symbol.operation == "input"
-    }
-    kept = tuple(group for k, group in enumerate(inputs) if not k or group.name in used)
+    used = set(in_order([symbol for _, symbols in results for symbol in symbols]))
+    kept = tuple(group for k, group in enumerate(inputs) if not k or used.intersection(group.symbols))
     return Function(name, about, kept, results, labels or {})
 
 
 def in_order(results: Sequence[Symbol]) -> list[Symbol]:
     """All symbols that results are made of, each after what it is made of."""
-    found: dict[int, Symbol] = {}
+    found: dict[Symbol, None] = {}
     waiting = [(symbol, False) for symbol in reversed(results)]
     while waiting:
         symbol, ready = waiting.pop()
-        if id(symbol) in found:
-            continue
         if ready:
-            found[id(symbol)] = symbol
-            continue
-        waiting.append((symbol, True))
-        waiting += [(each, False) for each in reversed(symbol.operands)]
-    return list(found.values())
+            found[symbol] = None
+        elif symbol not in found:
+            waiting.append((symbol, True))
+            waiting += [(each, False) for each in reversed(symbol.operands)]
+    return list(found)
 
 
 def evaluate(asked: Function, operations: Mapping[str, Callable[..., Any]], inputs: Sequence[Any]) -> list[Any]:
@@ -305,19 +299,16 @@ def evaluate(asked: Function, operations: Mapping[str, Callable[..., Any]], inpu
     operations : by their names in NumPy; and `constant` of a number, `table` of numbers
     inputs : all numbers of all groups, one after the other
     """
-    places = (f"{group.name}.{k}" for group in asked.inputs for k in range(len(group.members)))
-    known = dict(zip(places, inputs, strict=True))
-    values: dict[int, Any] = {}
+    known = (symbol for group in asked.inputs for symbol in group.symbols)
+    values: dict[Symbol, Any] = dict(zip(known, inputs, strict=True))
     for symbol in in_order(asked.results):
-        operands = [values[id(each)] for each in symbol.operands]
-        if symbol.operation == "input":
-            values[id(symbol)] = known[symbol.data]
-        elif symbol.operation == "call":
-            values[id(symbol)] = evaluate(symbol.data, operations, operands)
+        operands = [values[each] for each in symbol.operands]
+        if symbol.operation == "call":
+            values[symbol] = evaluate(symbol.data, operations, operands)
         elif symbol.operation == "item":
-            values[id(symbol)] = operands[0][symbol.data]
+            values[symbol] = operands[0][symbol.data]
         elif symbol.operation in ("constant", "table"):
-            values[id(symbol)] = operations[symbol.operation](symbol.data)
-        else:
-            values[id(symbol)] = operations[symbol.operation](*operands)
-    return [values[id(symbol)] for symbol in asked.results]
+            values[symbol] = operations[symbol.operation](symbol.data)
+        elif symbol.operation != "input":
+            values[symbol] = operations[symbol.operation](*operands)
+    return [values[symbol] for symbol in asked.results]

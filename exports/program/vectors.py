@@ -1,12 +1,12 @@
 """Test vectors: states and commands drawn at random, with what undertow's own simulation says of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...physics.batch_rates import Flattened, Terms
-from ...physics.forces import current_at, remaining_thrust
+from ...physics.forces import current_at, held_thrust, remaining_thrust
 from ...physics.integration import Legs, rollouts
 from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Array, Motion, earth_to_body
@@ -43,9 +43,9 @@ def commands_of(vehicle: Vehicle, fraction: Array) -> Array:
     return np.column_stack([command_of(t, fraction[:, k]) for k, t in enumerate(vehicle.thrusters)])
 
 
-def drawn(program: Program, envelope: Envelope, rows: int, seed: int = 0) -> Drawn:
+def drawn(program: Program, envelope: Envelope, rows: int) -> Drawn:
     """States and commands within an envelope, and their derivatives as rollouts of undertow work them out."""
-    rng = np.random.default_rng([seed, 1])
+    rng = np.random.default_rng([0, 1])
     vehicle, function = program.vehicle, program.derivatives
     low, high = np.array(envelope.lower), np.array(envelope.upper)
     relative = rng.uniform(low, high, (rows, 3))
@@ -60,12 +60,10 @@ def drawn(program: Program, envelope: Envelope, rows: int, seed: int = 0) -> Dra
     motion = np.column_stack([place, heading, ground, wake])
     acting = commands.copy()
     acting[:, slow] = lagged[:, slow]
-    lasting = [t.lasting(acting[:, k]) for k, t in enumerate(vehicle.thrusters)]
     left = np.array([remaining_thrust(t, minutes) for t in vehicle.thrusters])
-    force, load = (left * np.array(part) for part in zip(*lasting, strict=True))
     terms = Terms(vehicle)
-    pushes = [terms.accelerations(part[:, None])[:, 0] for part in (force, load)]
-    found = Flattened([(terms, rows)])(motion.T.copy(), (pushes[0], pushes[1], air.T, minutes)).T
+    force, load = (terms.accelerations((left * part)[:, None])[:, 0] for part in held_thrust(vehicle, acting))
+    found = Flattened([(terms, rows)])(motion.T.copy(), (force, load, air.T, minutes)).T
     members = len(program.rates.inputs[0].members)
     following = [(commands[:, k] - lagged[:, k]) / vehicle.thrusters[k].lag for k in slow]
     groups = {
@@ -96,8 +94,7 @@ def _asked(program: Program, envelope: Envelope, seconds: float, seed: int) -> M
     """A motion whose first row and whose commands and wind a rollout takes."""
     rng = np.random.default_rng([seed, 2])
     vehicle, step = program.vehicle, program.time_step
-    rows = round(seconds / step) + 1
-    time = step * np.arange(rows, dtype=float)
+    time = step * np.arange(round(seconds / step) + 1, dtype=float)
     knots = np.arange(0.0, seconds + 2.0 * _HOLD, _HOLD)
 
     def wandering(size: float, columns: int) -> Array:
@@ -107,19 +104,10 @@ def _asked(program: Program, envelope: Envelope, seconds: float, seed: int) -> M
     commands = commands_of(vehicle, wandering(1.0, len(vehicle.thrusters)))
     air = wandering(_WIND, 2)
     heading, begun = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, _MINUTES)
-    minutes = begun + time / 60.0
     first = rng.uniform(envelope.lower, envelope.upper)
     first[:2] += np.array(_water(vehicle, heading, begun))
-    return Motion(
-        time,
-        np.zeros((rows, 2)),
-        np.full(rows, heading),
-        np.tile(first, (rows, 1)),
-        commands,
-        tuple(t.name for t in vehicle.thrusters),
-        air=air,
-        minutes=minutes,
-    )
+    lying = Motion.at_rest(step, commands, tuple(t.name for t in vehicle.thrusters), heading=heading)
+    return replace(lying, velocity=np.tile(first, (time.size, 1)), air=air, minutes=begun + time / 60.0)
 
 
 def _beside(function: Function, groups: dict[str, Array], skipped: int) -> Array:

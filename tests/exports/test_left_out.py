@@ -47,7 +47,7 @@ def test_what_comes_with_wind_and_time_says_how_much_of_them():
 
 def test_lag_and_delay_are_worth_a_step_of_full_thrust():
     late = BOAT.with_values({"lag": 0.3, "delay": 0.2})
-    assert total_thrust(late) == pytest.approx(70.0)
+    assert total_thrust(late.thrusters) == pytest.approx(70.0)
     lines = missing_forces(late, BOX, {"lag": 0.0, "delay": 0.0})
     assert [line.partition(":")[0] for line in lines] == ["thruster_lag (lag = 0.3)", "input_delay (delay = 0.2)"]
     assert all("by up to 70 N" in line for line in lines)
