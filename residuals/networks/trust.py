@@ -129,10 +129,10 @@ def stacked(
     beyond = distances[distances > 0.0]
     far = float(np.quantile(beyond, _TRIED)) if beyond.size else 0.0
     count = 1 + max(0, int(np.floor(np.log2(max(far, NARROW) / NARROW))))
-    reaches = np.array([NARROW * 2.0**k for k in range(count)])
+    reaches = NARROW * 2.0 ** np.arange(count)
     count += far > NARROW  # what does not fade is one of them only where that was tried
     none = np.zeros((3, reaches.size + 1))
-    stretches = {one.stretch: k for k, one in enumerate({t.stretch: t for t in tried}.values())}
+    stretches = {stretch: k for k, stretch in enumerate(dict.fromkeys(one.stretch for one in tried))}
     grams = np.zeros((len(stretches), 3, count + 1, count + 1))
     for one in tried:
         columns = np.concatenate(
