@@ -82,15 +82,9 @@ class LearnableResidual:
             "preparation": self.position_preparation,
             "horizon": self.horizon,
         }
+        names = ("measured", "error", "noise", "preparation", "learnable")
         return {"position": rollout} | {
-            axis: {
-                "measured": float(self.measured[k]),
-                "error": float(self.error[k]),
-                "noise": float(self.noise[k]),
-                "preparation": float(self.preparation[k]),
-                "learnable": bool(self.learnable[k]),
-            }
-            for k, axis in enumerate(AXES)
+            axis: {name: getattr(self, name)[k].item() for name in names} for k, axis in enumerate(AXES)
         }
 
 
