@@ -63,10 +63,9 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     OSError
         when the folder is not writable; an older checkpoint is then untouched.
     """
-    tensors = {f"weights/{name}": value for name, value in state.weights.items()}
-    tensors |= {f"averaged/{name}": value for name, value in state.averaged.items()}
-    tensors |= {f"kept/{name}": value for name, value in state.kept.items()}
-    tensors |= {f"adam/{k}/{name}": value for k, row in state.moments.items() for name, value in row.items()}
+    groups = {"weights": state.weights, "averaged": state.averaged, "kept": state.kept}
+    groups |= {f"adam/{number}": moments for number, moments in state.moments.items()}
+    tensors = {f"{head}/{name}": value for head, group in groups.items() for name, value in group.items()}
     tensors["draw"] = state.draw
     said = {
         "schema": SCHEMA,
@@ -104,12 +103,9 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | 
         if said["schema"] != SCHEMA:
             raise ValueError(f"schema {said['schema']!r}")
         _check_recipe(path, said["recipe"], recipe)
-        moments: dict[int, dict[str, Tensor]] = {}
-        for name, value in _under(tensors, "adam").items():
-            number, _, label = name.partition("/")
-            moments.setdefault(int(number), {})[label] = value
+        weights, averaged, kept, adam = (_under(tensors, head) for head in ("weights", "averaged", "kept", "adam"))
+        moments = {int(k): _under(adam, k) for k in dict.fromkeys(name.partition("/")[0] for name in adam)}
         history = [Epoch(**row) for row in said["history"]]
-        weights, averaged, kept = (_under(tensors, head) for head in ("weights", "averaged", "kept"))
         return Checkpoint(weights, averaged, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
     except RequestError:
         raise
@@ -206,7 +202,6 @@ class CheckpointSelector:
     def __init__(self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, lawful: bool) -> None:
         self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
         self._against: list[Array] = []
-        self._silent = True
 
     def best(self, ranked: list[int], kept: Weights) -> SelectedCheckpoint:
         """Load the best weights that the auditor passes, or the best.
@@ -216,12 +211,12 @@ class CheckpointSelector:
         ranked : numbers of the best epochs, the best first
         kept : their weights by `number/name`
         """
-        asked = ranked if self.lawful else ranked[:1]  # what never heard of laws is not chosen by them
-        for number in asked if self.auditor is not None else []:
-            self.model.network.load_state_dict(_of(kept, number))
-            if self._passes():
-                return SelectedCheckpoint(number, True)
-        self.model.network.load_state_dict(_of(kept, ranked[0]))
+        if self.auditor is not None:
+            for number in ranked if self.lawful else ranked[:1]:  # what never heard of laws is not chosen by them
+                self._load(kept, number)
+                if self._passes():
+                    return SelectedCheckpoint(number, True)
+        self._load(kept, ranked[0])
         return SelectedCheckpoint(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: SelectedCheckpoint, again: Again) -> SelectedCheckpoint:
@@ -232,10 +227,11 @@ class CheckpointSelector:
         if found.lawful is not False:
             return found
         before = cloned(self.model.network.state_dict())
-        told = bool(self._against)
+        learnt = 0
         for _ in range(_ROUNDS):
-            if not told:
+            if len(self._against) == learnt:  # the last audit met no states
                 break
+            learnt = len(self._against)
             try:
                 number, weights = again(np.concatenate(self._against))
             except RequestError:  # a loss that is not finite: what was found before is as good as it was
@@ -243,15 +239,13 @@ class CheckpointSelector:
             self.model.network.load_state_dict(weights)
             if self._passes():
                 return SelectedCheckpoint(number, True)
-            told = not self._silent
         self.model.network.load_state_dict(before)
         return found
 
     def _passes(self) -> bool:
         assert self.auditor is not None
         said = self.auditor(self.model)
-        self._silent = not said.against.size
-        if not self._silent:
+        if said.against.size:
             self._against.append(np.resize(said.against, (_ALIKE, said.against.shape[1])))
         return said.lawful
 
@@ -266,19 +260,17 @@ class CheckpointSelector:
         unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
         def error(number: int) -> tuple[bool, float]:
-            self.model.network.load_state_dict(_of(kept, number))
+            self._load(kept, number)
             unlawful = self.lawful and told[number].violating > 0.0
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
             return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
         result = sorted(best, key=error)
-        self.model.network.load_state_dict(_of(kept, result[0]))
+        self._load(kept, result[0])
         return result
 
-
-def _of(kept: Weights, number: int) -> dict[str, Tensor]:
-    head = f"{number}/"
-    return {label.removeprefix(head): x for label, x in kept.items() if label.startswith(head)}
+    def _load(self, kept: Weights, number: int) -> None:
+        self.model.network.load_state_dict(_under(kept, str(number)))
 
 
 def _squares(model: Model, data: DataSet) -> Array:
