@@ -1,10 +1,9 @@
 """Losses of a batch of windows: data, laws, smoothness, and short open-loop rollouts that gradients flow through."""
 
-from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ...physics.forces import ForceEquation, relative_velocity
 from ...physics.integration import runge_kutta
@@ -24,8 +23,7 @@ Slopes = tuple[Tensor, ...]
 """Of heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Forcing:
+class Forcing(NamedTuple):
     """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
 
     thrust: Tensor
@@ -57,12 +55,10 @@ class Shooter:
         inputs : (batch, rows, inputs) measured; those before `start` warm the network up
         states : (batch, rows, 6) measured, as `Windows` holds them; only row `start` is used
         """
-        memory: Memory | None = None
-        if start:
-            _, memory = network(inputs[:, :start])
+        memory: Memory | None = network(inputs[:, :start])[1] if start else None
         state = states[:, start].T
         heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
-        thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in (forcing.thrust, forcing.load, forcing.air))
+        thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in forcing)
         found: list[Tensor] = []
         before: Tensor | None = None
         for k in range(start, inputs.shape[1] - 1):
@@ -78,7 +74,7 @@ class Shooter:
         return torch.stack(found, dim=1)
 
     def _step(self, state: Tensor, said: Acceleration, *ends: tuple[Tensor, Tensor]) -> Tensor:
-        first, last = tuple(e[0] for e in ends), tuple(e[1] for e in ends)
+        first, last = zip(*ends, strict=True)
         middle = tuple(0.5 * (e[0] + e[1]) for e in ends)
 
         def slope(x: Tensor, outside: tuple[Tensor, Tensor, Tensor]) -> Tensor:
@@ -151,10 +147,9 @@ class Objective:
         self.scale = tensor(EXCESS_UNIT * full_power(full_force(vehicle), windows.inputs[..., :3]))
         self.target = tensor(windows.target[:, windows.compared])
         self.shooter = Shooter(vehicle, pure=pure, time_step=windows.time_step)
-        self.states, self.thrust, self.load, self.air = map(
-            tensor, (windows.states, windows.thrust, windows.load, windows.air)
-        )
-        self.warm_rows, self.time_step = windows.first, windows.time_step
+        self.states = tensor(windows.states)
+        self.forcing = Forcing(*map(tensor, (windows.thrust, windows.load, windows.air)))
+        self.warm_rows = windows.first
 
     @property
     def count(self) -> int:
@@ -207,9 +202,9 @@ class Objective:
         start = int(torch.randint(warm, most + 1, (), generator=draw))
         rows = slice(start - warm, start + steps + 1)
         states = self.states[index, rows]
-        forcing = Forcing(self.thrust[index, rows], self.load[index, rows], self.air[index, rows])
+        forcing = Forcing(*(x[index, rows] for x in self.forcing))
         rolled = self.shooter.velocities(network, inputs[:, rows], states, forcing, warm)
-        error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.time_step)
+        error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.shooter.time_step)
         return error.square().mean()
 
 
@@ -217,5 +212,4 @@ def robust(error: Tensor, huber: float) -> Tensor:
     """The square of errors up to `huber`, and a line of the same slope beyond it (Huber 1964); all squares if 0."""
     if not huber:
         return error.square()
-    size = error.abs()
-    return torch.where(size <= huber, error.square(), huber * (2.0 * size - huber))
+    return 2.0 * nn.functional.huber_loss(error, torch.zeros_like(error), reduction="none", delta=huber)
