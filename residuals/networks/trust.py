@@ -129,7 +129,7 @@ def stacked(
     beyond = distances[distances > 0.0]
     far = float(np.quantile(beyond, _TRIED)) if beyond.size else 0.0
     count = 1 + max(0, int(np.floor(np.log2(max(far, NARROW) / NARROW))))
-    reaches = NARROW * 2.0 ** np.arange(count)
+    reaches = np.array([NARROW * 2.0**k for k in range(count)])
     count += far > NARROW  # what does not fade is one of them only where that was tried
     none = np.zeros((3, reaches.size + 1))
     stretches = {stretch: k for k, stretch in enumerate(dict.fromkeys(one.stretch for one in tried))}
