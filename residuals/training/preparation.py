@@ -8,6 +8,7 @@ fading distance are those of the new vehicle.
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -189,10 +190,10 @@ def prepare_training(
     remembers = _remembers(choice)
     warm_up = WARM_UP if remembers else 0.0
     chosen = {"pure": choice.pure, "heading": choice.heading}
-    windows = windows_of(
-        split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
-    )
-    sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
+    lengths = {"seconds": settings.window, "warm_up": warm_up, "overlap": settings.overlap}
+    cut_for = partial(windows_of, split.train, **chosen, **lengths)
+    windows = cut_for(vehicle)
+    sisters = sister_targets(vehicle, settings, windows.target, pure=choice.pure, cut_for=cut_for)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
@@ -279,8 +280,7 @@ def _unit(windows: Windows, motions: tuple[Motion, ...]) -> Array:
     the vehicle is nearly right would not be learnt at all.
     """
     target, measured = windows.target[:, windows.compared].reshape(-1, 3), [accelerations(m) for m in motions]
-    sizes = (np.sqrt((x**2).mean(axis=0)) for x in (target, np.concatenate(measured)))
-    left, whole = sizes
+    left, whole = (np.sqrt((x**2).mean(axis=0)) for x in (target, np.concatenate(measured)))
     return np.maximum(left, 1e-3 * whole + 1e-9)
 
 

@@ -1,11 +1,12 @@
 """Chronological windows of rows for training, the filter of the output, and augmentation of a batch."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 import torch
+from scipy.linalg import convolution_matrix
 from torch import Tensor
 
 from ...measurements.preparation.prepare import DataSet, Recipe
@@ -15,7 +16,7 @@ from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states, stated_push
 from ...physics.laws.damping_power import damping_power
 from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
-from ...physics.motion import Array
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.hidden_effects import random_hull
 from ..models.network_inputs import network_inputs
@@ -64,11 +65,7 @@ class Windows:
 
     def filter_matrix(self, taps: Array) -> Array:
         """The filter as a matrix (compared rows, rows), so that one product filters a batch of windows."""
-        rows = range(self.inputs.shape[1])[self.compared]
-        matrix = np.zeros((len(rows), self.inputs.shape[1]))
-        for k, row in enumerate(rows):
-            matrix[k, row - self.reach : row + self.reach + 1] = taps
-        return matrix
+        return convolution_matrix(taps[::-1], self.inputs.shape[1], mode="valid")[self.first :]
 
 
 def filter_taps(recipe: Recipe, time_step: float) -> Array:
@@ -137,36 +134,30 @@ def windows_of(
             f"training: expected a stretch of at least {seconds:g} s without gaps, got {longest:.1f} s; give longer "
             "logs or shorter windows"
         )
-    acts = [actuation(vehicle, motion) for motion in motions]
-    still = [np.zeros((motion.time.size, 2)) if motion.air is None else motion.air for motion in motions]
-    pushed = [thrust_power(vehicle, motion) for motion in motions]
-    seen = [network_inputs(vehicle, motion, heading) for motion in motions]
-    hull = [
-        -(see[:, :3] * stated_push(vehicle, motion.heading, tuple(see[:, :3].T))).sum(axis=1)
-        if pure
-        else push + damping_power(vehicle, see[:, :3])
-        for motion, push, see in zip(motions, pushed, seen, strict=True)
-    ]
-    allowed = [
-        allowed_power(vehicle, see[:, :3], (act.thrust - act.load * see[:, 0]).T, INSIDE)
-        for act, see in zip(acts, seen, strict=True)
-    ]
-    states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
-    targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
     stride = max(1, min(round((1.0 - overlap) * rows), kept))
-    return Windows(
-        inputs=cut(seen, rows, stride),
-        target=cut(targets, rows, stride),
-        allowed=cut(allowed, rows, stride),
-        base=cut(hull, rows, stride),
-        states=cut(states, rows, stride),
-        thrust=cut([act.thrust.T for act in acts], rows, stride),
-        load=cut([act.load.T for act in acts], rows, stride),
-        air=cut(still, rows, stride),
-        first=first,
-        reach=reach,
-        time_step=step,
-    )
+    along = [_along(data, vehicle, motion, pure, heading) for motion in motions]
+    columns = {name: cut([each[name] for each in along], rows, stride) for name in along[0]}
+    return Windows(**columns, first=first, reach=reach, time_step=step)
+
+
+def _along(data: DataSet, vehicle: Vehicle, motion: Motion, pure: bool, heading: bool) -> dict[str, Array]:
+    """Columns of `Windows` along a whole motion, by name."""
+    seen, act = network_inputs(vehicle, motion, heading), actuation(vehicle, motion)
+    speeds = seen[:, :3]
+    if pure:
+        base = -(speeds * stated_push(vehicle, motion.heading, tuple(speeds.T))).sum(axis=1)
+    else:
+        base = thrust_power(vehicle, motion) + damping_power(vehicle, speeds)
+    return {
+        "inputs": seen,
+        "target": target_acceleration(vehicle, motion, data, pure),
+        "allowed": allowed_power(vehicle, speeds, (act.thrust - act.load * seen[:, 0]).T, INSIDE),
+        "base": base,
+        "states": np.column_stack([motion.heading, motion.velocity, *memory_states(vehicle, motion)]),
+        "thrust": act.thrust.T,
+        "load": act.load.T,
+        "air": np.zeros((motion.time.size, 2)) if motion.air is None else motion.air,
+    }
 
 
 def _starts(length: int, rows: int, stride: int) -> np.ndarray:
@@ -179,14 +170,7 @@ SISTERS = 8
 
 
 def sister_targets(
-    data: DataSet,
-    vehicle: Vehicle,
-    settings: TrainingSettings,
-    target: Array,
-    *,
-    pure: bool,
-    heading: bool,
-    warm_up: float,
+    vehicle: Vehicle, settings: TrainingSettings, target: Array, *, pure: bool, cut_for: Callable[[Vehicle], Windows]
 ) -> Array | None:
     """Targets (sisters, windows, rows, 3) beside the physics of random sister hulls; None where none are asked for.
 
@@ -195,12 +179,11 @@ def sister_targets(
 
     Parameters
     ----------
-    data : the training part
     vehicle : of which hulls are sisters
     settings : of the training
     target : beside the vehicle itself (windows, rows, 3) [m/s^2, m/s^2, rad/s^2]
-    pure, heading : the network is without physics, and sees the heading
-    warm_up : of the memory [s]
+    pure : whether the network is without physics
+    cut_for : cuts the training part into windows, beside the physics of a hull
 
     Raises
     ------
@@ -213,20 +196,7 @@ def sister_targets(
     if pure:
         raise RequestError("augmentation: hull_spread varies the physics beside a network; a pure network has none")
     rng = np.random.default_rng([settings.seed, 12])
-    hulls = [random_hull(vehicle, rng, spread) for _ in range(SISTERS)]
-    cuts = [
-        windows_of(
-            data,
-            hull,
-            pure=False,
-            heading=heading,
-            seconds=settings.window,
-            warm_up=warm_up,
-            overlap=settings.overlap,
-        )
-        for hull in hulls
-    ]
-    targets = np.stack([c.target for c in cuts])
+    targets = np.stack([cut_for(random_hull(vehicle, rng, spread)).target for _ in range(SISTERS)])
     return targets - targets.mean(axis=0) + target
 
 
