@@ -117,7 +117,7 @@ class Objective:
     unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
     coasting : states with and without thrust from the training envelope
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
-    augmenter : varies each batch, or None
+    augmenter : varies each batch
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class Objective:
         settings: TrainingSettings,
         *,
         pure: bool,
-        augmenter: Augmenter | None = None,
+        augmenter: Augmenter,
     ) -> None:
         def tensor(values: object) -> Tensor:
             return torch.as_tensor(values, dtype=filter_matrix.dtype, device=filter_matrix.device)
@@ -159,9 +159,7 @@ class Objective:
     def __call__(self, network: Network, index: Tensor, draw: torch.Generator) -> Tensor:
         """Loss of the windows `index`; `draw` decides states, starts and variants."""
         settings, unit = self.settings, self.unit
-        inputs, target = self.inputs[index], self.target[index]
-        if self.augmenter is not None:
-            inputs, target = self.augmenter(inputs, target, index, draw)
+        inputs, target = self.augmenter(self.inputs[index], self.target[index], index, draw)
         said = self._said(network, inputs)
         loss = settings.lambda_data * robust((self.filter @ said - target) / unit, settings.huber).mean()
         if settings.lambda_smooth:

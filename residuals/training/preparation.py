@@ -49,14 +49,7 @@ class Judge:
     """
 
     def __init__(
-        self,
-        data: DataSet,
-        vehicle: Vehicle,
-        coasting: UnforcedStates,
-        unit: Array,
-        *,
-        pure: bool,
-        heading: bool,
+        self, data: DataSet, vehicle: Vehicle, coasting: UnforcedStates, unit: Array, *, pure: bool, heading: bool
     ) -> None:
         self.data, self.coasting, self.unit = data, coasting, unit
         self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
@@ -166,12 +159,7 @@ class Prepared:
     recipe: dict[str, object]
 
 
-def prepare_training(
-    split: Split,
-    vehicle: Vehicle,
-    choice: Choice,
-    settings: TrainingSettings,
-) -> Prepared:
+def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
 
     Parameters
@@ -226,10 +214,7 @@ def prepare_training(
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
     compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
-    wanted = settings.augmentation
     noise = seen_noise(split.train, settings, remembers)
-    varied = wanted.active or bool(noise.any())
-    augmenter = Augmenter(wanted, noise, scaling.drives, compared) if varied else None
     taps = filter_taps(split.train.recipe, windows.time_step)
     objective = Objective(
         windows,
@@ -239,7 +224,7 @@ def prepare_training(
         vehicle,
         settings,
         pure=choice.pure,
-        augmenter=augmenter,
+        augmenter=Augmenter(settings.augmentation.thrust_spread, noise, scaling.drives, compared),
     )
     recipe = {
         "network": choice.network,

@@ -60,11 +60,6 @@ class Augmentation:
             if not 0.0 <= value < (1.0 if name.endswith("spread") else 100.0):
                 raise RequestError(f"augmentation: expected {name} of 0 or more, a spread below 1, got {value}")
 
-    @property
-    def active(self) -> bool:
-        """True when anything is varied."""
-        return any(asdict(self).values())
-
 
 @dataclass(frozen=True, slots=True)
 class TrainingSettings:

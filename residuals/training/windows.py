@@ -21,7 +21,7 @@ from ...physics.vehicle import Vehicle
 from ...physics.worlds.hidden_effects import random_hull
 from ..models.network_inputs import network_inputs
 from ..scores import target_acceleration
-from .training_settings import Augmentation, TrainingSettings
+from .training_settings import TrainingSettings
 
 _LEAST_TAP = 1e-3
 """Taps of the filter's impulse response below this are cut off."""
@@ -221,27 +221,27 @@ class Augmenter:
 
     Parameters
     ----------
-    wanted : how much of what
+    thrust_spread : of each thrust, see `Augmentation`; 0 for none
     noise : (3,) white noise on u, v [m/s] and r [rad/s]
     thrusters : number of thrust inputs
     targets : (sisters, windows, compared rows, 3), or None
     """
 
-    def __init__(self, wanted: Augmentation, noise: Array, thrusters: int, targets: Tensor | None) -> None:
-        self.wanted, self.thrusters, self.targets = wanted, thrusters, targets
+    def __init__(self, thrust_spread: float, noise: Array, thrusters: int, targets: Tensor | None) -> None:
+        self.thrust_spread, self.thrusters, self.targets = thrust_spread, thrusters, targets
         self.noise = torch.as_tensor(noise, dtype=torch.float32)
 
     def __call__(self, inputs: Tensor, target: Tensor, index: Tensor, draw: torch.Generator) -> tuple[Tensor, Tensor]:
         """Inputs (batch, rows, inputs) and target (batch, compared rows, 3) of the windows `index`, varied."""
-        wanted, batch = self.wanted, inputs.shape[0]
+        batch = inputs.shape[0]
         if self.noise.any():
             noise = torch.zeros(inputs.shape)
             noise[..., :3] = torch.randn((*inputs.shape[:2], 3), generator=draw) * self.noise
             inputs = inputs + noise.to(inputs)
-        if wanted.thrust_spread:
+        if self.thrust_spread:
             gain = torch.ones((batch, 1, inputs.shape[-1]))
             spread = 2.0 * torch.rand((batch, 1, self.thrusters), generator=draw) - 1.0
-            gain[..., 3 : 3 + self.thrusters] += wanted.thrust_spread * spread
+            gain[..., 3 : 3 + self.thrusters] += self.thrust_spread * spread
             inputs = inputs * gain.to(inputs)
         if self.targets is not None:
             sister = torch.randint(self.targets.shape[0], (batch,), generator=draw).to(index)
