@@ -37,7 +37,7 @@ class Checkpoint:
     Attributes
     ----------
     weights, averaged : of the last epoch by name, and their average
-    kept : those of the best epochs so far by `number/name`
+    kept : those of the best epochs so far by number and name
     moments : state of Adam by parameter number and name
     draw : state of the random generator
     history : of the epochs
@@ -47,7 +47,7 @@ class Checkpoint:
 
     weights: Mapping[str, Tensor]
     averaged: Mapping[str, Tensor]
-    kept: Mapping[str, Tensor]
+    kept: Mapping[int, Mapping[str, Tensor]]
     moments: Mapping[int, Mapping[str, Tensor]]
     draw: Tensor
     history: Sequence[Epoch]
@@ -63,7 +63,8 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     OSError
         when the folder is not writable; an older checkpoint is then untouched.
     """
-    groups = {"weights": state.weights, "averaged": state.averaged, "kept": state.kept}
+    groups = {"weights": state.weights, "averaged": state.averaged}
+    groups |= {f"kept/{number}": weights for number, weights in state.kept.items()}
     groups |= {f"adam/{number}": moments for number, moments in state.moments.items()}
     tensors = {f"{head}/{name}": value for head, group in groups.items() for name, value in group.items()}
     tensors["draw"] = state.draw
@@ -103,8 +104,8 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | 
         if said["schema"] != SCHEMA:
             raise ValueError(f"schema {said['schema']!r}")
         _check_recipe(path, said["recipe"], recipe)
-        weights, averaged, kept, adam = (_under(tensors, head) for head in ("weights", "averaged", "kept", "adam"))
-        moments = {int(k): _under(adam, k) for k in dict.fromkeys(name.partition("/")[0] for name in adam)}
+        weights, averaged = (_under(tensors, head) for head in ("weights", "averaged"))
+        kept, moments = (_numbered(_under(tensors, head)) for head in ("kept", "adam"))
         history = [Epoch(**row) for row in said["history"]]
         return Checkpoint(weights, averaged, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
     except RequestError:
@@ -138,6 +139,11 @@ def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str
 
 def _under(tensors: Mapping[str, Tensor], head: str) -> dict[str, Tensor]:
     return {name.removeprefix(f"{head}/"): value for name, value in tensors.items() if name.startswith(f"{head}/")}
+
+
+def _numbered(tensors: Mapping[str, Tensor]) -> dict[int, dict[str, Tensor]]:
+    numbers = dict.fromkeys(name.partition("/")[0] for name in tensors)
+    return {int(number): _under(tensors, number) for number in numbers}
 
 
 def cloned(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
@@ -203,20 +209,20 @@ class CheckpointSelector:
         self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
         self._against: list[Array] = []
 
-    def best(self, ranked: list[int], kept: Weights) -> SelectedCheckpoint:
+    def best(self, ranked: list[int], kept: Mapping[int, Weights]) -> SelectedCheckpoint:
         """Load the best weights that the auditor passes, or the best.
 
         Parameters
         ----------
         ranked : numbers of the best epochs, the best first
-        kept : their weights by `number/name`
+        kept : their weights by number
         """
         if self.auditor is not None:
             for number in ranked if self.lawful else ranked[:1]:  # what never heard of laws is not chosen by them
-                self._load(kept, number)
+                self.model.network.load_state_dict(kept[number])
                 if self._passes():
                     return SelectedCheckpoint(number, True)
-        self._load(kept, ranked[0])
+        self.model.network.load_state_dict(kept[ranked[0]])
         return SelectedCheckpoint(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: SelectedCheckpoint, again: Again) -> SelectedCheckpoint:
@@ -249,7 +255,7 @@ class CheckpointSelector:
             self._against.append(np.resize(said.against, (_ALIKE, said.against.shape[1])))
         return said.lawful
 
-    def ranked(self, history: list[Epoch], kept: Weights) -> list[int]:
+    def ranked(self, history: list[Epoch], kept: Mapping[int, Weights]) -> list[int]:
         """The best epochs, those of the least product of both errors first, and those that break the laws last.
 
         The errors are those of one step and of rollouts; the weights of the best are then loaded.
@@ -260,17 +266,14 @@ class CheckpointSelector:
         unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
         def error(number: int) -> tuple[bool, float]:
-            self._load(kept, number)
+            self.model.network.load_state_dict(kept[number])
             unlawful = self.lawful and told[number].violating > 0.0
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
             return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
         result = sorted(best, key=error)
-        self._load(kept, result[0])
+        self.model.network.load_state_dict(kept[result[0]])
         return result
-
-    def _load(self, kept: Weights, number: int) -> None:
-        self.model.network.load_state_dict(_under(kept, str(number)))
 
 
 def _squares(model: Model, data: DataSet) -> Array:

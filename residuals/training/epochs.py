@@ -209,7 +209,7 @@ class _Run:
         self.optimiser = adam(self.network, settings)
         self.draw = torch.Generator().manual_seed(settings.seed)
         self.history: list[Epoch] = []
-        self.kept: dict[str, torch.Tensor] = {}
+        self.kept: dict[int, dict[str, torch.Tensor]] = {}
 
     def start(self, resume: bool) -> None:
         """Judge the network as it is, or take up the checkpoint."""
@@ -230,7 +230,7 @@ class _Run:
         groups = self.optimiser.state_dict()["param_groups"]
         self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
         self.draw.set_state(found.draw)
-        self.kept = {name: value.to(device) for name, value in found.kept.items()}
+        self.kept = {n: {name: x.to(device) for name, x in own.items()} for n, own in found.kept.items()}
         self.history = list(found.history)
         self.begun -= found.seconds
 
@@ -311,8 +311,8 @@ class _Run:
         self.history.append(Epoch(number, loss, rmse, judge.violating(self.averaged)))
         best = best_epochs(self.history, lawful=self.learns_laws)
         if number in best:
-            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.averaged.state_dict()).items()}
-        self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}
+            self.kept[number] = cloned(self.averaged.state_dict())
+        self.kept = {n: own for n, own in self.kept.items() if n in best}
 
     def _not_finite(self, number: int, what: str) -> RequestError:
         text = (
