@@ -105,10 +105,11 @@ def measure_learnable_residual(vehicle: Vehicle, parts: Sequence[DataSet], seed:
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))
     own = [residual(vehicle, motion, data) for motion in motions]
     level, rng = noise_on_rows(raw), np.random.default_rng([seed, 17])
+    errors = [each.measured - each.modelled for each in own]
     changes = [
-        _error(vehicle, _noisy(motion, level, data, rng), data) - (was.measured - was.modelled)
+        _error(vehicle, _noisy(motion, level, data, rng), data) - was
         for _ in range(_DRAWS)
-        for motion, was in zip(raw, own, strict=True)
+        for motion, was in zip(raw, errors, strict=True)
     ]
     twins = [twin(vehicle, motion) for motion in raw]
     heard = [_heard(each, level, motion, rng) for each, motion in zip(twins, raw, strict=True)]
@@ -119,7 +120,7 @@ def measure_learnable_residual(vehicle: Vehicle, parts: Sequence[DataSet], seed:
     independent = seconds * min(rate, 2.0 * (data.recipe.cutoff or rate))
     return LearnableResidual(
         measured=_root([each.measured for each in own]),
-        error=_root([each.measured - each.modelled for each in own]),
+        error=_root(errors),
         noise=_root(changes),
         preparation=_root([_error(vehicle, each, data) for each in prepared[1]]),
         position=position,

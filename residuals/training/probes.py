@@ -173,7 +173,7 @@ def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
 def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     """The gain of a network that knows its distances, by what was tried."""
     gain = model.network.gain
-    assert gain is not None, "`told` has measured from where distances are"
+    assert gain is not None, "`predict_held_out` has measured from where distances are"
     rows = round(_SUMMED / model.time_step)
     reaches, weights, error = stacked(tried, rows, common=model.network.rests_on == "itself")
     return replace(gain.trust, reaches=reaches, weights=weights, error=error)

@@ -111,8 +111,7 @@ def fit_processes(network: GaussianProcess, table: Table, seed: int, epochs: int
     """Fit the Gaussian process of each axis, see `tabular_fit.fit_tabular`."""
     rows, wanted = table.rows.astype(np.float32).astype(float), table.wanted
     order = np.random.default_rng(seed).permutation(rows.shape[0])
-    count = min(_SAMPLES, 1 + epochs // _EACH)
-    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:count]
+    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[: min(_SAMPLES, 1 + epochs // _EACH)]
     samples = [order[first : first + _SAMPLE] for first in starts]
     centres = rows[order[: network.centres.shape[0]]]
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))

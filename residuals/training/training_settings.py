@@ -25,7 +25,7 @@ class Choice:
     network, options : a name and options of `networks.registry`
     pure : it stands in the place of the physics, not beside it
     heading : it sees the heading
-    start : a network that it goes on from, see `fine_tuning`; None for fresh weights
+    start : a network that it goes on from, see `preparation`; None for fresh weights
     probes : those of this choice, where they were trained before, see `probes`; None to train them
     """
 
