@@ -75,7 +75,7 @@ class Ridge(Network):
         return [*found, *[self.states] * int(self.options["filters"])]
 
 
-def products(drives: int, angles: int) -> list[list[tuple[int, int, int]]]:
+def products(drives: int, angles: int) -> list[list[tuple[int, ...]]]:
     """Products by groups, each of three of the factors 1, u, v, r, thrusts, their absolute values, cos psi, sin psi.
 
     Parameters
@@ -99,5 +99,4 @@ def products(drives: int, angles: int) -> list[list[tuple[int, int, int]]]:
         cos, sin = 2 * states + 1, 2 * states + 2
         turned = [(x, angle) for angle in (cos, sin) for x in (one, u, v, r, au, av, ar)]
         groups.append([*turned, (cos, cos), (cos, sin)])
-    filled = [[(*product, one, one)[:3] for product in group] for group in groups]
-    return [[(a, b, c) for a, b, c in group] for group in filled]
+    return [[(*product, one, one)[:3] for product in group] for group in groups]

@@ -25,7 +25,7 @@ from .preparation import Prepared, prepare_training
 from .probes import HeldOutPart, Probed, held_out_parts, train_probes, trust_of
 from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
-from .training_settings import Choice, TrainingSettings, asks_its_log
+from .training_settings import Choice, TrainingSettings
 
 _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
@@ -37,6 +37,9 @@ _MORE, _GENTLE = 10, 0.1
 """Epochs at states against the laws, after which the average of the weights has left what it was, and the share of the
 learning rate by which they move."""
 
+Progress = Callable[[Epoch], None]
+"""Told of each epoch."""
+
 
 def train(
     split: Split,
@@ -46,7 +49,7 @@ def train(
     settings: TrainingSettings | None = None,
     folder: Path | None = None,
     resume: bool = False,
-    progress: Callable[[Epoch], None] | None = None,
+    progress: Progress | None = None,
     auditor: Auditor | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
@@ -87,7 +90,7 @@ def train(
         chooser = CheckpointSelector(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         probed = Probed()
-        if asks_its_log(choice, chosen):
+        if chosen.trust and not choice.pure:
             probed = choice.probes or probes_of(split, vehicle, choice, chosen)
             model.trust(trust_of(model, split, probed))
         kept = chooser.best(ranked, run.kept)
@@ -192,12 +195,7 @@ class _Run:
     """A training under way."""
 
     def __init__(
-        self,
-        prepared: Prepared,
-        settings: TrainingSettings,
-        folder: Path | None,
-        begun: float,
-        progress: Callable[[Epoch], None],
+        self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float, progress: Progress
     ) -> None:
         self.prepared, self.settings, self.folder = prepared, settings, folder
         self.begun, self.progress = begun, progress

@@ -149,8 +149,3 @@ class TrainingSettings:
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
         return asdict(self)
-
-
-def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """True when parts of the log decide how far a correction is trusted, see `probes`."""
-    return settings.trust and not choice.pure

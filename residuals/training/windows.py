@@ -1,6 +1,6 @@
 """Chronological windows of rows for training, the filter of the output, and augmentation of a batch."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -83,18 +83,6 @@ def filter_taps(recipe: Recipe, time_step: float) -> Array:
     return taps / taps.sum()
 
 
-def cut(values: Sequence[Array], rows: int, stride: int) -> Array:
-    """Windows of `rows` rows of each array (n, ...), `stride` apart, the last one up to the end.
-
-    Parameters
-    ----------
-    values : arrays (n, ...), one for each motion
-    rows : of a window
-    stride : rows between windows
-    """
-    return np.concatenate([v[_starts(v.shape[0], rows, stride)[:, None] + np.arange(rows)] for v in values])
-
-
 def windows_of(
     data: DataSet, vehicle: Vehicle, *, pure: bool, heading: bool, seconds: float, warm_up: float, overlap: float = 0.5
 ) -> Windows:
@@ -135,9 +123,19 @@ def windows_of(
             "logs or shorter windows"
         )
     stride = max(1, min(round((1.0 - overlap) * rows), kept))
+    pieces = [_window_rows(motion.time.size, rows, stride) for motion in motions]
     along = [_along(data, vehicle, motion, pure, heading) for motion in motions]
-    columns = {name: cut([each[name] for each in along], rows, stride) for name in along[0]}
+    columns = {
+        name: np.concatenate([each[name][piece] for each, piece in zip(along, pieces, strict=True)])
+        for name in along[0]
+    }
     return Windows(**columns, first=first, reach=reach, time_step=step)
+
+
+def _window_rows(length: int, rows: int, stride: int) -> np.ndarray:
+    """Rows of a motion in each window (windows, rows), `stride` apart, the last one up to the end."""
+    last = length - rows
+    return np.append(np.arange(0, last, stride), last)[:, None] + np.arange(rows)
 
 
 def _along(data: DataSet, vehicle: Vehicle, motion: Motion, pure: bool, heading: bool) -> dict[str, Array]:
@@ -158,11 +156,6 @@ def _along(data: DataSet, vehicle: Vehicle, motion: Motion, pure: bool, heading:
         "load": act.load.T,
         "air": np.zeros((motion.time.size, 2)) if motion.air is None else motion.air,
     }
-
-
-def _starts(length: int, rows: int, stride: int) -> np.ndarray:
-    last = length - rows
-    return np.unique(np.append(np.arange(0, last + 1, stride), last)) if last >= 0 else np.empty(0, dtype=int)
 
 
 SISTERS = 8
