@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from ...physics.forces import ForceEquation, relative_velocity
 from ...physics.integration import runge_kutta
 from ...physics.laws.energy import EXCESS_UNIT, coasting_power, full_force, full_power, surplus
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..models.unforced_states import UnforcedStates
 from ..networks.base import Memory, Network
@@ -113,9 +114,9 @@ class Objective:
     Parameters
     ----------
     windows : of the training part
-    filter_matrix : see `Windows.filter_matrix`; its type and device are those of the weights
+    taps : of the filter, see `windows.filter_taps`
     unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
-    coasting : states with and without thrust from the training envelope
+    coasting : states with and without thrust from the training envelope, of the type and on the device of the weights
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
     augmenter : varies each batch
 
@@ -129,8 +130,8 @@ class Objective:
     def __init__(
         self,
         windows: Windows,
-        filter_matrix: Tensor,
-        unit: Tensor,
+        taps: Array,
+        unit: Array,
         coasting: UnforcedStates,
         vehicle: Vehicle,
         settings: TrainingSettings,
@@ -139,10 +140,10 @@ class Objective:
         augmenter: Augmenter,
     ) -> None:
         def tensor(values: object) -> Tensor:
-            return torch.as_tensor(values, dtype=filter_matrix.dtype, device=filter_matrix.device)
+            return torch.as_tensor(values, dtype=coasting.inputs.dtype, device=coasting.inputs.device)
 
         self.settings, self.coasting, self.augmenter = settings, coasting, augmenter
-        self.filter, self.unit = filter_matrix[:, windows.first :], unit
+        self.filter, self.unit = tensor(windows.filter_matrix(taps)[:, windows.first :]), tensor(unit)
         self.inputs, self.allowed, self.base = map(tensor, (windows.inputs, windows.allowed, windows.base))
         self.scale = tensor(EXCESS_UNIT * full_power(full_force(vehicle), windows.inputs[..., :3]))
         self.target = tensor(windows.target[:, windows.compared])

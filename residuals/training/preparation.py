@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 import torch
+from torch.nn.utils.rnn import pad_sequence
 
 from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.resampling import Standardisation, accelerations
@@ -54,10 +55,8 @@ class Judge:
         self.data, self.coasting, self.unit = data, coasting, unit
         self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
         seen = [network_inputs(vehicle, motion, heading) for motion in data.motions]
-        longest = max(see.shape[0] for see in seen)
         # Networks are causal: rows after the end of a shorter motion change nothing before it.
-        padded = np.stack([np.pad(see, ((0, longest - see.shape[0]), (0, 0)), mode="edge") for see in seen])
-        self.inputs = torch.as_tensor(padded).to(coasting.inputs)
+        self.inputs = pad_sequence([torch.as_tensor(see) for see in seen], batch_first=True).to(coasting.inputs)
 
     def error(self, network: Network) -> float:
         """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
@@ -195,10 +194,6 @@ def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: T
     if choice.start is not None:
         take_weights(network, choice.start)
     like = next(network.parameters())
-
-    def tensor(values: Array) -> torch.Tensor:
-        return torch.as_tensor(values, dtype=like.dtype, device=device)
-
     envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
     idle = np.array([neutral_command(t) for t in vehicle.thrusters])
     how = {**chosen, "time_step": windows.time_step, "remembers": remembers, "like": like}
@@ -213,13 +208,12 @@ def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: T
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
-    compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
+    compared = None if sisters is None else torch.as_tensor(sisters[:, :, windows.compared]).to(like)
     noise = seen_noise(split.train, settings, remembers)
-    taps = filter_taps(split.train.recipe, windows.time_step)
     objective = Objective(
         windows,
-        tensor(windows.filter_matrix(taps)),
-        tensor(unit),
+        filter_taps(split.train.recipe, windows.time_step),
+        unit,
         coasting(coasting_states(envelope, POOL, seed=1)),
         vehicle,
         settings,
