@@ -1,6 +1,6 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -207,15 +207,13 @@ class _Run:
         self.optimiser = adam(self.network, settings)
         self.draw = torch.Generator().manual_seed(settings.seed)
         self.history: list[Epoch] = []
-        self.kept: dict[int, dict[str, torch.Tensor]] = {}
+        self.kept: dict[int, Mapping[str, torch.Tensor]] = {}
 
     def start(self, resume: bool) -> None:
         """Judge the network as it is, or take up the checkpoint."""
-        found = None
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            if resume:
-                found = read_checkpoint(self.folder, self.prepared.recipe)
+        found = read_checkpoint(self.folder, self.prepared.recipe) if resume and self.folder is not None else None
         if found is None:
             # A hybrid that has learnt nothing is the vehicle; a pure network is nothing, unless it was trained before.
             # How much a network counts that is fitted at once is its gain's to say.
@@ -224,11 +222,10 @@ class _Run:
             return
         self.network.load_state_dict(found.weights)
         self.averaged.load_state_dict(found.averaged)
-        device = next(self.network.parameters()).device
         groups = self.optimiser.state_dict()["param_groups"]
         self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
         self.draw.set_state(found.draw)
-        self.kept = {n: {name: x.to(device) for name, x in own.items()} for n, own in found.kept.items()}
+        self.kept = dict(found.kept)
         self.history = list(found.history)
         self.begun -= found.seconds
 
