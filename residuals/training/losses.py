@@ -25,7 +25,10 @@ Slopes = tuple[Tensor, ...]
 
 
 class Forcing(NamedTuple):
-    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
+    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2).
+
+    In a row of it: (thrusters, batch) and (2, batch).
+    """
 
     thrust: Tensor
     load: Tensor
@@ -59,26 +62,24 @@ class Shooter:
         memory: Memory | None = network(inputs[:, :start])[1] if start else None
         state = states[:, start].T
         heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
-        thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in forcing)
+        outside = [Forcing(*now) for now in zip(*(x.permute(1, 2, 0) for x in forcing), strict=True)]
         found: list[Tensor] = []
         before: Tensor | None = None
         for k in range(start, inputs.shape[1] - 1):
             relative = _relative(self.vehicle, state[0], state[1:4])
-            seen = [*relative, *thrust[k].unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
+            seen = [*relative, *outside[k].thrust.unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
             said, memory = network(torch.stack(seen, dim=-1)[:, None], memory)
             now = said[:, 0]
             held = now if before is None else 1.5 * now - 0.5 * before
             before = now
-            ends = tuple((x[k], x[k + 1]) for x in (thrust, load, air))
-            state = self._step(state, held.unbind(-1), *ends)
+            state = self._step(state, held.unbind(-1), outside[k], outside[k + 1])
             found.append(state[1:4].T)
         return torch.stack(found, dim=1)
 
-    def _step(self, state: Tensor, said: Acceleration, *ends: tuple[Tensor, Tensor]) -> Tensor:
-        first, last = zip(*ends, strict=True)
-        middle = tuple(0.5 * (e[0] + e[1]) for e in ends)
+    def _step(self, state: Tensor, said: Acceleration, first: Forcing, last: Forcing) -> Tensor:
+        middle = Forcing(*(0.5 * (a + b) for a, b in zip(first, last, strict=True)))
 
-        def slope(x: Tensor, outside: tuple[Tensor, Tensor, Tensor]) -> Tensor:
+        def slope(x: Tensor, outside: Forcing) -> Tensor:
             return torch.stack(self._slope(x, said, *outside))
 
         return _runge_kutta(slope, state, (first, middle, last), self.time_step)

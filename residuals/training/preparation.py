@@ -26,7 +26,7 @@ from ...physics.motion import Array, Motion
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
 from ..models.network_inputs import input_names, network_inputs
-from ..models.network_model import NetworkModel, scaling_of
+from ..models.network_model import NetworkModel, numbers, scaling_of
 from ..models.unforced_states import UnforcedStates
 from ..networks.base import Network, Scaling, through
 from ..networks.registry import NETWORKS, build, default_options, network_named
@@ -61,7 +61,7 @@ class Judge:
     def error(self, network: Network) -> float:
         """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
         with torch.no_grad():
-            said = through(network, self.inputs)[0].double().cpu().numpy()
+            said = numbers(through(network, self.inputs)[0])
         if not np.isfinite(said).all():
             return float("nan")
         rows = [
