@@ -82,15 +82,9 @@ class LearnableResidual:
             "preparation": self.position_preparation,
             "horizon": self.horizon,
         }
+        names = ("measured", "error", "noise", "preparation", "learnable")
         return {"position": rollout} | {
-            axis: {
-                "measured": float(self.measured[k]),
-                "error": float(self.error[k]),
-                "noise": float(self.noise[k]),
-                "preparation": float(self.preparation[k]),
-                "learnable": bool(self.learnable[k]),
-            }
-            for k, axis in enumerate(AXES)
+            axis: {name: getattr(self, name)[k].item() for name in names} for k, axis in enumerate(AXES)
         }
 
 
@@ -111,10 +105,11 @@ def measure_learnable_residual(vehicle: Vehicle, parts: Sequence[DataSet], seed:
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))
     own = [residual(vehicle, motion, data) for motion in motions]
     level, rng = noise_on_rows(raw), np.random.default_rng([seed, 17])
+    errors = [each.measured - each.modelled for each in own]
     changes = [
-        _error(vehicle, _noisy(motion, level, data, rng), data) - (was.measured - was.modelled)
+        _error(vehicle, _noisy(motion, level, data, rng), data) - was
         for _ in range(_DRAWS)
-        for motion, was in zip(raw, own, strict=True)
+        for motion, was in zip(raw, errors, strict=True)
     ]
     twins = [twin(vehicle, motion) for motion in raw]
     heard = [_heard(each, level, motion, rng) for each, motion in zip(twins, raw, strict=True)]
@@ -125,7 +120,7 @@ def measure_learnable_residual(vehicle: Vehicle, parts: Sequence[DataSet], seed:
     independent = seconds * min(rate, 2.0 * (data.recipe.cutoff or rate))
     return LearnableResidual(
         measured=_root([each.measured for each in own]),
-        error=_root([each.measured - each.modelled for each in own]),
+        error=_root(errors),
         noise=_root(changes),
         preparation=_root([_error(vehicle, each, data) for each in prepared[1]]),
         position=position,

@@ -5,7 +5,7 @@ of tensors: a call with the memory of the call before goes on where that one end
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -83,18 +83,28 @@ class Network(nn.Module, ABC):
     grown: ClassVar[Grown | None] = None
     rests_on: ClassVar[Literal["itself", "bounds", "nothing"]] = "nothing"
     gain: Gain | None
+    input_mean: Tensor
+    input_scale: Tensor
+    output_scale: Tensor
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
         super().__init__()
         self.scaling = scaling
         self.options = options
         self.gain = None
-        for label, values in (
-            ("input_mean", scaling.inputs.mean),
-            ("input_scale", scaling.inputs.scale),
-            ("output_scale", scaling.output),
-        ):
-            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
+        inputs = scaling.inputs
+        self.hold({"input_mean": inputs.mean, "input_scale": inputs.scale, "output_scale": scaling.output})
+
+    def hold(self, constants: Mapping[str, Array], *, persistent: bool = True) -> None:
+        """Keep constants as buffers in single precision.
+
+        Parameters
+        ----------
+        constants : by name
+        persistent : whether they stand among the weights of a file
+        """
+        for name, values in constants.items():
+            self.register_buffer(name, torch.as_tensor(values, dtype=torch.float32), persistent=persistent)
 
     @property
     def width(self) -> int:
@@ -103,8 +113,7 @@ class Network(nn.Module, ABC):
 
     def trust(self, given: Trust | None) -> None:
         """Let the correction be said by this gain, of velocities and thrusts; None: let it be said whole everywhere."""
-        like = self.get_buffer("input_mean")
-        self.gain = None if given is None else Gain(given, 3 + self.scaling.drives).to(like)
+        self.gain = None if given is None else Gain(given, 3 + self.scaling.drives).to(self.input_mean)
 
     @classmethod
     def alike(cls, rows: Array, reach: Array) -> Array:
@@ -136,12 +145,11 @@ class Network(nn.Module, ABC):
         (correction, memory)
             (batch, rows, 3) [m/s^2, m/s^2, rad/s^2], and what to remember after the last row
         """
-        mean, scale, size = (self.get_buffer(n) for n in ("input_mean", "input_scale", "output_scale"))
-        seen = (inputs - mean) / scale
+        seen = (inputs - self.input_mean) / self.input_scale
         said, remembered = self.correct(seen, inputs, memory)
         if self.gain is not None:
             said = said * self.gain(seen)
-        return said * size, remembered
+        return said * self.output_scale, remembered
 
     @abstractmethod
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
@@ -174,12 +182,22 @@ def through(network: Network, inputs: Tensor, memory: Memory | None = None) -> t
     return torch.cat(parts, dim=1), memory
 
 
-def quiet_head(inputs: int) -> nn.Linear:
-    """Linear layer to the three axes that starts at zero, so that training starts from the physics alone."""
-    head = nn.Linear(inputs, 3)
+def quiet_head(inputs: int, outputs: int = 3) -> nn.Linear:
+    """Linear layer, to the three axes if nothing is said, that starts at zero: training starts from the physics alone.
+
+    Parameters
+    ----------
+    inputs, outputs : sizes
+    """
+    head = nn.Linear(inputs, outputs)
     nn.init.zeros_(head.weight)
     nn.init.zeros_(head.bias)
     return head
+
+
+def fixed(values: Tensor) -> nn.Parameter:
+    """A parameter that is found at once, and that no step along a gradient moves."""
+    return nn.Parameter(values, requires_grad=False)
 
 
 def hidden_layers(inputs: int, units: int, layers: int, activation: Callable[[], nn.Module] = nn.ReLU) -> nn.Sequential:

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor, nn
 
-from .base import Grown, Memory, Network, Scaling
+from .base import Grown, Memory, Network, Scaling, fixed
 
 _ROWS = 2048
 """Rows whose bells are held in memory at once."""
@@ -17,7 +17,7 @@ class GaussianProcess(Network):
 
     With centres c_j and, for each axis, a length l_i of each input, it says sum_j w_j exp(-1/2 sum_i ((s_i - c_ji) /
     l_i)^2) at standardised inputs s: the squared-exponential kernel of several lengths, Rasmussen and Williams 2006,
-    equation 5.1. The constants are found by `training.growing_processes`, not by steps along a gradient; before, it
+    equation 5.1. The constants are found by `training.tabular_fit`, not by steps along a gradient; before, it
     says nothing. It has no constant: far from all centres it says nothing again.
     """
 
@@ -26,14 +26,10 @@ class GaussianProcess(Network):
 
     def __init__(self, scaling: Scaling, *, units: int = 400) -> None:
         super().__init__(scaling, {"units": units})
-
-        def fixed(*shape: int) -> nn.Parameter:
-            return nn.Parameter(torch.zeros(shape), requires_grad=False)
-
-        self.centres = fixed(units, self.width)
-        self.sharpness = fixed(3, self.width)  # 1 / l_i, so that 0 is an input that tells nothing
-        self.head = nn.Module()  # what the correction is proportional to, as in the other networks
-        self.head.register_parameter("weight", fixed(3, units))
+        self.centres = fixed(torch.zeros(units, self.width))
+        self.sharpness = fixed(torch.zeros(3, self.width))  # 1 / l_i, so that 0 is an input that tells nothing
+        # What the correction is proportional to, as in the other networks.
+        self.head = nn.ParameterDict({"weight": fixed(torch.zeros(3, units))})
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
@@ -46,5 +42,5 @@ class GaussianProcess(Network):
         sharpness = self.sharpness[:, None]
         # By differences: products of matrices lose digits where a row is near a centre.
         apart = torch.cdist(seen * sharpness, self.centres * sharpness, compute_mode="donot_use_mm_for_euclid_dist")
-        said = torch.exp(-0.5 * apart.square()) @ self.head.get_parameter("weight")[..., None]
+        said = torch.exp(-0.5 * apart.square()) @ self.head["weight"][..., None]
         return said[..., 0].T

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from .base import Network, Scaling, hidden_layers
+from .base import Network, Scaling, hidden_layers, quiet_head
 
 START = -2.0
 """Logarithm of the diagonal of L over its scale at the start: L is a seventh of its scale, damping a fiftieth. It does
@@ -26,51 +26,44 @@ class Dissipation(Network, ABC):
     """
 
     rests_on = "itself"
+    factor_scale: Tensor
+    skew_scale: Tensor
+    drive_scale: Tensor
+    inverse_mass: Tensor
+    triangle: Tensor
 
     def __init__(self, scaling: Scaling, units: int, layers: int, gain: float, **more: int) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "gain": gain, **more})
         self.drives = scaling.drives
         self.body = hidden_layers(self.width, units, layers, nn.Tanh)
-        self.factor, self.skew = nn.Linear(units, 6), nn.Linear(units, 3)
-        self.drive = nn.Linear(units, 3 * self.drives)
-        for head in (self.factor, self.skew, self.drive):
-            nn.init.zeros_(head.weight)
-            nn.init.zeros_(head.bias)
+        self.factor, self.skew, self.drive = (quiet_head(units, size) for size in (6, 3, 3 * self.drives))
         speeds = np.asarray(scaling.inputs.scale[:3], dtype=float)
         per_speed = np.sqrt(np.abs(scaling.mass) @ scaling.output / speeds)
         most = np.maximum(np.abs(scaling.reach).max(axis=1), _STRONGEST)
-        constants = {
-            "factor_scale": per_speed,
-            "skew_scale": np.array([per_speed[i] * per_speed[j] for i, j in ((0, 1), (0, 2), (1, 2))]),
-            "drive_scale": gain * most,
-        }
-        for label, values in constants.items():
-            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
+        pairs = np.outer(per_speed, per_speed)[np.triu_indices(3, 1)]
+        self.hold({"factor_scale": per_speed, "skew_scale": pairs, "drive_scale": gain * most})
         # In double precision, or rounding would turn the force and let S do work.
         self.register_buffer("inverse_mass", torch.as_tensor(np.linalg.inv(scaling.mass), dtype=torch.float64))
-        self.register_buffer("row", torch.tensor([0, 1, 1, 2, 2, 2]), persistent=False)
-        self.register_buffer("column", torch.tensor([0, 0, 1, 0, 1, 2]), persistent=False)
+        self.register_buffer("triangle", torch.tril_indices(3, 3), persistent=False)
         with torch.no_grad():
             start = float(np.exp(START))
             self.factor.bias.copy_(torch.tensor([start, 0.0, start, 0.0, 0.0, start]))
 
     def said(self, force: Tensor) -> Tensor:
         """A force (..., 3) [N, N, N m] as a network says it."""
-        return force @ self.get_buffer("inverse_mass").to(force.dtype).mT / self.get_buffer("output_scale")
+        return force @ self.inverse_mass.to(force.dtype).mT / self.output_scale
 
     def force(self, hidden: Tensor, inputs: Tensor) -> Tensor:
         """Force (..., 3) [N, N, N m] of damping, turning and drive, by what the layers make of the inputs."""
-        buffers = ("factor_scale", "skew_scale", "drive_scale")
-        factor_scale, skew_scale, drive_scale = (self.get_buffer(b) for b in buffers)
         shape = inputs.shape[:-1]
         velocity, thrust = inputs[..., :3], inputs[..., 3 : 3 + self.drives]
         lower = inputs.new_zeros(*shape, 3, 3)
-        lower[..., self.get_buffer("row"), self.get_buffer("column")] = self.factor(hidden)
-        lower = lower * factor_scale[:, None]
-        a, b, c = (self.skew(hidden) * skew_scale).unbind(-1)
+        lower[..., *self.triangle] = self.factor(hidden)
+        lower = lower * self.factor_scale[:, None]
+        a, b, c = (self.skew(hidden) * self.skew_scale).unbind(-1)
         along = (lower.mT @ velocity[..., None]).squeeze(-1)
         damping = (lower @ along[..., None]).squeeze(-1)
         u, v, r = velocity.unbind(-1)
         turning = torch.stack((a * v + b * r, c * r - a * u, -b * u - c * v), dim=-1)
-        gains = torch.tanh(self.drive(hidden)).reshape(*shape, 3, self.drives) * drive_scale[:, None]
+        gains = torch.tanh(self.drive(hidden)).reshape(*shape, 3, self.drives) * self.drive_scale[:, None]
         return (gains @ thrust[..., None]).squeeze(-1) - damping - turning

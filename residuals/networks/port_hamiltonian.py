@@ -6,7 +6,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor, nn
 
-from .base import Memory, Scaling
+from .base import Memory, Scaling, quiet_head
 from .lossy import START, Dissipation
 
 _SHORTEST, _LONGEST = 2.0, 60.0
@@ -35,18 +35,17 @@ class PortHamiltonian(Dissipation):
     ) -> None:
         super().__init__(scaling, units, layers, gain, stores=stores)
         self.stores = stores
-        self.ports = nn.Linear(units, 3 * stores)
+        self.ports = quiet_head(units, 3 * stores)
         rows = torch.logspace(log10(_SHORTEST), log10(_LONGEST), stores)
         self.kept = nn.Parameter(torch.logit(torch.exp(-1.0 / rows)))
         with torch.no_grad():
-            self.ports.weight.zero_()
             own = torch.eye(3).repeat(1, -(-stores // 3))[:, :stores]  # each store begins with an axis of its own
             self.ports.bias.copy_((exp(START) * own).flatten())
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
         hidden = self.body(standardised)
-        ports = self.ports(hidden).unflatten(-1, (3, self.stores)) * self.get_buffer("factor_scale")[:, None]
+        ports = self.ports(hidden).unflatten(-1, (3, self.stores)) * self.factor_scale[:, None]
         wanted = (ports * inputs[..., :3, None]).sum(dim=-2)
         if self.gain is not None:
             wanted = wanted * self.gain(standardised)[..., :1]  # the same on all axes, see `training.probes`

@@ -63,22 +63,14 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
     chosen = dict(options or {})
     for option, value in chosen.items():
         if option not in known:
-            near = get_close_matches(str(option), known, n=1, cutoff=0.0)
-            raise RequestError(
-                f"network {name}: unknown option {option!r}: did you mean {near[0]!r}? There are: {_listed(known)}"
-            )
+            raise _unknown(f"network {name}: unknown option", option, known)
         whole = isinstance(known[option], int)
         most = _MOST.get(option, _MANY)
         fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
         if not fits or not 0 <= value <= most or (value == 0 and option not in _NONE):
             kind, least = "a whole number" if whole else "a number", "[" if option in _NONE else "("
             raise RequestError(f"network {name}: expected {kind} in {least}0, {most:g}] for {option}, got {value!r}")
-    full = known | chosen
-    if "heads" in full and int(full["units"]) % int(full["heads"]):
-        raise RequestError(
-            f"network {name}: expected units that the heads divide, got {full['units']} units, {full['heads']} heads"
-        )
-    return network_named(name)(scaling, **full)  # type: ignore[arg-type]
+    return network_named(name)(scaling, **known | chosen)  # type: ignore[arg-type]
 
 
 def network_named(name: str) -> type[Network]:
@@ -91,10 +83,10 @@ def network_named(name: str) -> type[Network]:
     """
     name = str(name).lower()
     if name not in NETWORKS:
-        near = get_close_matches(str(name), NETWORKS, n=1, cutoff=0.0)
-        raise RequestError(f"unknown network {name!r}: did you mean {near[0]!r}? There are: {_listed(NETWORKS)}")
+        raise _unknown("unknown network", name, NETWORKS)
     return NETWORKS[name]
 
 
-def _listed(names: Mapping[str, object]) -> str:
-    return ", ".join(names)
+def _unknown(what: str, name: str, known: Mapping[str, object]) -> RequestError:
+    near = get_close_matches(str(name), known, n=1, cutoff=0.0)
+    return RequestError(f"{what} {name!r}: did you mean {near[0]!r}? There are: {', '.join(known)}")

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor, nn
 
-from .base import Grown, Memory, Network, Scaling
+from .base import Grown, Memory, Network, Scaling, fixed
 
 TIMES = (0.5, 1.0, 2.0, 4.0, 8.0, 0.25)
 """Times of the filters [s], in the order in which they are taken."""
@@ -24,9 +24,7 @@ class Ridge(Network):
     along a gradient; before, it says nothing. Inputs are held within `lower` and `upper`: a polynomial knows no end.
     """
 
-    lower: nn.Parameter
-    upper: nn.Parameter
-    share: nn.Parameter
+    factors: Tensor
     name: ClassVar[str] = "ridge"
     grown: ClassVar[Grown | None] = Grown("coefficients", "fitted")
 
@@ -34,13 +32,11 @@ class Ridge(Network):
         super().__init__(scaling, {"filters": filters})
         self.states = 3 + scaling.drives
         everywhere = torch.full((self.states,), _EVERYWHERE)
-        for name, values in (("lower", -everywhere), ("upper", everywhere), ("share", self.shares(_TIME_STEP))):
-            self.register_parameter(name, nn.Parameter(values, requires_grad=False))
+        self.lower, self.upper, self.share = (fixed(x) for x in (-everywhere, everywhere, self.shares(_TIME_STEP)))
         every = [product for group in products(scaling.drives, self.width - self.states) for product in group]
         self.register_buffer("factors", torch.tensor(every))
-        self.head = nn.Module()  # what the correction is proportional to, as in the other networks
-        weight = torch.zeros(3, sum(self.groups))
-        self.head.register_parameter("weight", nn.Parameter(weight, requires_grad=False))
+        # What the correction is proportional to, as in the other networks.
+        self.head = nn.ParameterDict({"weight": fixed(torch.zeros(3, sum(self.groups)))})
 
     def shares(self, time_step: float) -> Tensor:
         """Share of the way to its input that each filter goes in a step [s], (filters,)."""
@@ -49,20 +45,19 @@ class Ridge(Network):
     @property
     def unit(self) -> Tensor:
         """Root mean square of the velocities and thrusts of the training (states,), in their units."""
-        mean, scale = (self.get_buffer(name)[: self.states] for name in ("input_mean", "input_scale"))
-        return torch.hypot(mean, scale)
+        return torch.hypot(self.input_mean, self.input_scale)[: self.states]
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
         seen, memory = self.regressors(inputs, memory)
-        return seen @ self.head.get_parameter("weight").mT, memory
+        return seen @ self.head["weight"].mT, memory
 
     def regressors(self, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """The products (batch, rows, products) at inputs (batch, rows, inputs) in SI units, and the filters then."""
         unit, lower, upper, share = (x.to(inputs) for x in (self.unit, self.lower, self.upper, self.share))
-        held = torch.minimum(torch.maximum(inputs[..., : self.states], lower), upper) / unit
+        held = inputs[..., : self.states].clamp(lower, upper) / unit
         factors = torch.cat([torch.ones_like(held[..., :1]), held, held.abs(), inputs[..., self.states :]], dim=-1)
-        first, second, third = self.get_buffer("factors").to(inputs.device).unbind(dim=1)
+        first, second, third = self.factors.to(inputs.device).unbind(dim=1)
         seen = factors[..., first] * factors[..., second] * factors[..., third]
         if not share.numel():
             return seen, ()
@@ -80,7 +75,7 @@ class Ridge(Network):
         return [*found, *[self.states] * int(self.options["filters"])]
 
 
-def products(drives: int, angles: int) -> list[list[tuple[int, int, int]]]:
+def products(drives: int, angles: int) -> list[list[tuple[int, ...]]]:
     """Products by groups, each of three of the factors 1, u, v, r, thrusts, their absolute values, cos psi, sin psi.
 
     Parameters
@@ -104,5 +99,4 @@ def products(drives: int, angles: int) -> list[list[tuple[int, int, int]]]:
         cos, sin = 2 * states + 1, 2 * states + 2
         turned = [(x, angle) for angle in (cos, sin) for x in (one, u, v, r, au, av, ar)]
         groups.append([*turned, (cos, cos), (cos, sin)])
-    filled = [[(*product, one, one)[:3] for product in group] for group in groups]
-    return [[(a, b, c) for a, b, c in group] for group in filled]
+    return [[(*product, one, one)[:3] for product in group] for group in groups]

@@ -36,6 +36,9 @@ class Symmetric(Network):
 
     name: ClassVar[str] = "symmetric"
     rests_on = "bounds"
+    image: Tensor
+    sides: Tensor
+    pulled: Tensor
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1) -> None:
         super().__init__(scaling, {"units": units, "layers": layers})
@@ -48,8 +51,8 @@ class Symmetric(Network):
         self.head = quiet_head(units)
         force = np.diag(scaling.mass) * scaling.output
         pulled = np.linalg.inv(scaling.mass) * force / scaling.output[:, None]
-        for label, values in (("image", _image(scaling.reach)), ("sides", _SIDES), ("pulled", pulled)):
-            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32), persistent=False)
+        constants = {"image": _image(scaling.reach), "sides": np.array(_SIDES), "pulled": pulled}
+        self.hold(constants, persistent=False)
 
     @classmethod
     def alike(cls, rows: Array, reach: Array) -> Array:
@@ -59,32 +62,33 @@ class Symmetric(Network):
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
-        labels = ("input_mean", "input_scale", "image", "sides", "pulled")
-        mean, scale, image, sides, pulled = (self.get_buffer(label) for label in labels)
-        mirrored = (inputs @ image - mean) / scale
+        mean, scale, sides = self.input_mean, self.input_scale, self.sides
+        mirrored = (inputs @ self.image - mean) / scale
         own, other, rest = (self.head(self.body(x)) for x in (standardised, mirrored, -mean / scale))
         even = 0.5 * (own + other * sides - rest * (1.0 + sides))
-        return even @ pulled.mT, ()
+        return even @ self.pulled.mT, ()
 
     @torch.no_grad()
     def plain(self) -> MLP:
         """The same as one perceptron of twice the units."""
-        labels = ("input_mean", "input_scale", "image", "sides", "pulled")
-        mean, scale, image, sides, pulled = (self.get_buffer(label).double() for label in labels)
+        constants = (self.input_mean, self.input_scale, self.image, self.sides, self.pulled)
+        mean, scale, image, sides, pulled = (x.double() for x in constants)
         units, layers = int(self.options["units"]), int(self.options["layers"])
         with torch.random.fork_rng(devices=[]):
-            result = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.get_buffer("input_mean"))
+            result = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.input_mean)
         result.gain = self.gain
         mine, theirs = ([m for m in net.body if isinstance(m, nn.Linear)] for net in (self, result))
         for k, (own, both) in enumerate(zip(mine, theirs, strict=True)):
             weight, bias = own.weight.double(), own.bias.double()
-            turned = weight / scale @ image.mT if k == 0 else weight
-            shift = turned @ mean - weight / scale @ mean if k == 0 else torch.zeros_like(bias)
-            parts = (weight, turned * scale) if k == 0 else (torch.block_diag(weight, weight),)
-            both.weight.copy_(torch.cat(parts))
-            both.bias.copy_(torch.cat((bias, bias + shift)))
+            if k:
+                both.weight.copy_(torch.block_diag(weight, weight))
+                both.bias.copy_(bias.repeat(2))
+            else:
+                turned = weight / scale @ image.mT
+                both.weight.copy_(torch.cat((weight, turned * scale)))
+                both.bias.copy_(torch.cat((bias, bias + (turned @ mean - weight / scale @ mean))))
         weight, bias = self.head.weight.double(), self.head.bias.double()
-        rest = self.head(self.body((-mean / scale).to(self.get_buffer("input_mean")))).double()
+        rest = self.head(self.body((-mean / scale).to(self.input_mean))).double()
         result.head.weight.copy_(0.5 * pulled @ torch.cat((weight, sides[:, None] * weight), dim=1))
         result.head.bias.copy_(0.5 * pulled @ ((1.0 + sides) * (bias - rest)))
         return result

@@ -5,6 +5,7 @@ from typing import ClassVar, final
 import torch
 from torch import Tensor, nn
 
+from ...physics.errors import RequestError
 from .base import Memory, Network, Scaling, quiet_head
 
 
@@ -27,7 +28,7 @@ class _Attention(nn.Module):
         key, value = known.chunk(2, dim=-1)
         total = known.shape[1]
         now = torch.arange(total - rows, total, device=signal.device)
-        distance = now[:, None] - torch.arange(total, device=signal.device)[None, :]
+        distance = now[:, None] - torch.arange(total, device=signal.device)
         seen = (distance >= 0) & (distance < self.window)
         score = torch.where(seen, self.bias[:, distance.clamp(0, self.window - 1)], float("-inf"))
 
@@ -46,11 +47,20 @@ class Transformer(Network):
     """`layers` blocks of attention and a perceptron, normalised first; memory: keys and values.
 
     Each block sees the `window` last rows of the block before, and remembers `window` - 1 of them.
+
+    Raises
+    ------
+    RequestError
+        where the heads do not divide the units.
     """
 
     name: ClassVar[str] = "transformer"
 
     def __init__(self, scaling: Scaling, *, units: int = 32, layers: int = 2, heads: int = 4, window: int = 30) -> None:
+        if units % heads:
+            raise RequestError(
+                f"network transformer: expected units that the heads divide, got {units} units, {heads} heads"
+            )
         super().__init__(scaling, {"units": units, "layers": layers, "heads": heads, "window": window})
         self.lift = nn.Linear(self.width, units)
         self.attention = nn.ModuleList(_Attention(units, heads, window) for _ in range(layers))

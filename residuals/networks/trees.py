@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from ...physics.errors import RequestError
-from .base import Grown, Memory, Network, Scaling
+from .base import Grown, Memory, Network, Scaling, fixed
 
 
 class Nodes(NamedTuple):
@@ -34,7 +34,7 @@ class Nodes(NamedTuple):
 class Trees(Network):
     """The sum of `units` trees of at most `leaves` leaves for each axis, and a constant; without memory.
 
-    Trees are grown by `training.growing_trees`, not by steps along a gradient; before, all are alike and say nothing.
+    Trees are grown by `training.tabular_fit`, not by steps along a gradient; before, all are alike and say nothing.
     Beyond their training they say what they said at its edge.
     """
 
@@ -46,25 +46,21 @@ class Trees(Network):
             raise RequestError(f"network trees: expected at least 2 leaves, got {leaves}")
         super().__init__(scaling, {"units": units, "leaves": leaves})
         shape = (3, units, 2 * leaves - 1)
-
-        def fixed(value: Tensor) -> nn.Parameter:
-            return nn.Parameter(value, requires_grad=False)
-
         self.threshold = fixed(torch.zeros(shape))  # first: its type is that of the network
         node, tree = torch.arange(shape[-1]), torch.arange(units)[:, None]
         inner = 2 * node + 2 < shape[-1]  # each node is followed by two, as in a heap
         heap = (node + tree) % self.width, *(torch.where(inner, 2 * node + k, node) for k in (1, 2))
         self.feature, self.left, self.right = (fixed(part.expand(shape).clone()) for part in heap)
-        self.head = nn.Module()  # what the correction is proportional to, as in the other networks
-        self.head.register_parameter("value", fixed(torch.zeros(shape)))
-        self.head.register_parameter("constant", fixed(torch.zeros(3)))
+        # What the correction is proportional to, as in the other networks.
+        zeros = (("value", fixed(torch.zeros(shape))), ("constant", fixed(torch.zeros(3))))
+        self.head = nn.ParameterDict(zeros)
 
     def plant(self, nodes: Nodes, constant: np.ndarray) -> None:
         """Take over grown trees, and what is added to them (3,), in units of the output."""
         for name, grown in nodes._asdict().items():
-            own = self.head.get_parameter("value") if name == "value" else self.get_parameter(name)
+            own = self.head["value"] if name == "value" else self.get_parameter(name)
             own.copy_(torch.as_tensor(grown))
-        self.head.get_parameter("constant").copy_(torch.as_tensor(constant))
+        self.head["constant"].copy_(torch.as_tensor(constant))
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
@@ -78,6 +74,5 @@ class Trees(Network):
             if torch.equal(after, at):  # all have come to a leaf
                 break
             at = after
-        value, constant = (self.head.get_parameter(name) for name in ("value", "constant"))
-        said = value.take(at).reshape(seen.shape[0], axes, trees).sum(-1) + constant
+        said = self.head["value"].take(at).reshape(seen.shape[0], axes, trees).sum(-1) + self.head["constant"]
         return said.reshape(*standardised.shape[:-1], 3), ()

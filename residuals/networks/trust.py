@@ -132,7 +132,7 @@ def stacked(
     reaches = np.array([NARROW * 2.0**k for k in range(count)])
     count += far > NARROW  # what does not fade is one of them only where that was tried
     none = np.zeros((3, reaches.size + 1))
-    stretches = {one.stretch: k for k, one in enumerate({t.stretch: t for t in tried}.values())}
+    stretches = {stretch: k for k, stretch in enumerate(dict.fromkeys(one.stretch for one in tried))}
     grams = np.zeros((len(stretches), 3, count + 1, count + 1))
     for one in tried:
         columns = np.concatenate(
@@ -181,6 +181,11 @@ class Gain(nn.Module):
     inputs : how many of the network's inputs, from the first, are known: velocities and thrusts
     """
 
+    rows: Tensor
+    ends: Tensor
+    steep: Tensor
+    weights: Tensor
+
     def __init__(self, trust: Trust, inputs: int) -> None:
         super().__init__()
         self.trust, self.inputs = trust, inputs
@@ -196,10 +201,10 @@ class Gain(nn.Module):
 
     def squared_distance(self, standardised: Tensor) -> Tensor:
         """Squared distance of inputs (..., inputs or more) beyond the training (...) [deviations squared]."""
-        over = standardised[..., : self.inputs] @ self.get_buffer("rows").mT - self.get_buffer("ends")
+        over = standardised[..., : self.inputs] @ self.rows.mT - self.ends
         return torch.relu(over).square().sum(dim=-1)
 
     def forward(self, standardised: Tensor) -> Tensor:
         """The gain (..., 3) at inputs (..., inputs or more)."""
-        lost = self.squared_distance(standardised)[..., None] * self.get_buffer("steep")
-        return torch.relu(1.0 - lost).square() @ self.get_buffer("weights").mT
+        lost = self.squared_distance(standardised)[..., None] * self.steep
+        return torch.relu(1.0 - lost).square() @ self.weights.mT

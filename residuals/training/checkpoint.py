@@ -37,7 +37,7 @@ class Checkpoint:
     Attributes
     ----------
     weights, averaged : of the last epoch by name, and their average
-    kept : those of the best epochs so far by `number/name`
+    kept : those of the best epochs so far by number and name
     moments : state of Adam by parameter number and name
     draw : state of the random generator
     history : of the epochs
@@ -47,7 +47,7 @@ class Checkpoint:
 
     weights: Mapping[str, Tensor]
     averaged: Mapping[str, Tensor]
-    kept: Mapping[str, Tensor]
+    kept: Mapping[int, Mapping[str, Tensor]]
     moments: Mapping[int, Mapping[str, Tensor]]
     draw: Tensor
     history: Sequence[Epoch]
@@ -63,10 +63,10 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     OSError
         when the folder is not writable; an older checkpoint is then untouched.
     """
-    tensors = {f"weights/{name}": value for name, value in state.weights.items()}
-    tensors |= {f"averaged/{name}": value for name, value in state.averaged.items()}
-    tensors |= {f"kept/{name}": value for name, value in state.kept.items()}
-    tensors |= {f"adam/{k}/{name}": value for k, row in state.moments.items() for name, value in row.items()}
+    groups = {"weights": state.weights, "averaged": state.averaged}
+    groups |= {f"kept/{number}": weights for number, weights in state.kept.items()}
+    groups |= {f"adam/{number}": moments for number, moments in state.moments.items()}
+    tensors = {f"{head}/{name}": value for head, group in groups.items() for name, value in group.items()}
     tensors["draw"] = state.draw
     said = {
         "schema": SCHEMA,
@@ -104,12 +104,9 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | 
         if said["schema"] != SCHEMA:
             raise ValueError(f"schema {said['schema']!r}")
         _check_recipe(path, said["recipe"], recipe)
-        moments: dict[int, dict[str, Tensor]] = {}
-        for name, value in _under(tensors, "adam").items():
-            number, _, label = name.partition("/")
-            moments.setdefault(int(number), {})[label] = value
+        weights, averaged = (_under(tensors, head) for head in ("weights", "averaged"))
+        kept, moments = (_numbered(_under(tensors, head)) for head in ("kept", "adam"))
         history = [Epoch(**row) for row in said["history"]]
-        weights, averaged, kept = (_under(tensors, head) for head in ("weights", "averaged", "kept"))
         return Checkpoint(weights, averaged, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
     except RequestError:
         raise
@@ -142,6 +139,11 @@ def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str
 
 def _under(tensors: Mapping[str, Tensor], head: str) -> dict[str, Tensor]:
     return {name.removeprefix(f"{head}/"): value for name, value in tensors.items() if name.startswith(f"{head}/")}
+
+
+def _numbered(tensors: Mapping[str, Tensor]) -> dict[int, dict[str, Tensor]]:
+    numbers = dict.fromkeys(name.partition("/")[0] for name in tensors)
+    return {int(number): _under(tensors, number) for number in numbers}
 
 
 def cloned(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
@@ -206,22 +208,21 @@ class CheckpointSelector:
     def __init__(self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, lawful: bool) -> None:
         self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
         self._against: list[Array] = []
-        self._silent = True
 
-    def best(self, ranked: list[int], kept: Weights) -> SelectedCheckpoint:
+    def best(self, ranked: list[int], kept: Mapping[int, Weights]) -> SelectedCheckpoint:
         """Load the best weights that the auditor passes, or the best.
 
         Parameters
         ----------
         ranked : numbers of the best epochs, the best first
-        kept : their weights by `number/name`
+        kept : their weights by number
         """
-        asked = ranked if self.lawful else ranked[:1]  # what never heard of laws is not chosen by them
-        for number in asked if self.auditor is not None else []:
-            self.model.network.load_state_dict(_of(kept, number))
-            if self._passes():
-                return SelectedCheckpoint(number, True)
-        self.model.network.load_state_dict(_of(kept, ranked[0]))
+        if self.auditor is not None:
+            for number in ranked if self.lawful else ranked[:1]:  # what never heard of laws is not chosen by them
+                self.model.network.load_state_dict(kept[number])
+                if self._passes():
+                    return SelectedCheckpoint(number, True)
+        self.model.network.load_state_dict(kept[ranked[0]])
         return SelectedCheckpoint(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: SelectedCheckpoint, again: Again) -> SelectedCheckpoint:
@@ -232,10 +233,11 @@ class CheckpointSelector:
         if found.lawful is not False:
             return found
         before = cloned(self.model.network.state_dict())
-        told = bool(self._against)
+        learnt = 0
         for _ in range(_ROUNDS):
-            if not told:
+            if len(self._against) == learnt:  # the last audit met no states
                 break
+            learnt = len(self._against)
             try:
                 number, weights = again(np.concatenate(self._against))
             except RequestError:  # a loss that is not finite: what was found before is as good as it was
@@ -243,19 +245,17 @@ class CheckpointSelector:
             self.model.network.load_state_dict(weights)
             if self._passes():
                 return SelectedCheckpoint(number, True)
-            told = not self._silent
         self.model.network.load_state_dict(before)
         return found
 
     def _passes(self) -> bool:
         assert self.auditor is not None
         said = self.auditor(self.model)
-        self._silent = not said.against.size
-        if not self._silent:
+        if said.against.size:
             self._against.append(np.resize(said.against, (_ALIKE, said.against.shape[1])))
         return said.lawful
 
-    def ranked(self, history: list[Epoch], kept: Weights) -> list[int]:
+    def ranked(self, history: list[Epoch], kept: Mapping[int, Weights]) -> list[int]:
         """The best epochs, those of the least product of both errors first, and those that break the laws last.
 
         The errors are those of one step and of rollouts; the weights of the best are then loaded.
@@ -266,19 +266,14 @@ class CheckpointSelector:
         unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
         def error(number: int) -> tuple[bool, float]:
-            self.model.network.load_state_dict(_of(kept, number))
+            self.model.network.load_state_dict(kept[number])
             unlawful = self.lawful and told[number].violating > 0.0
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
             return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
         result = sorted(best, key=error)
-        self.model.network.load_state_dict(_of(kept, result[0]))
+        self.model.network.load_state_dict(kept[result[0]])
         return result
-
-
-def _of(kept: Weights, number: int) -> dict[str, Tensor]:
-    head = f"{number}/"
-    return {label.removeprefix(head): x for label, x in kept.items() if label.startswith(head)}
 
 
 def _squares(model: Model, data: DataSet) -> Array:

@@ -1,10 +1,9 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
-from functools import partial
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
@@ -26,7 +25,7 @@ from .preparation import Prepared, prepare_training
 from .probes import HeldOutPart, Probed, held_out_parts, train_probes, trust_of
 from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
-from .training_settings import Choice, TrainingSettings, asks_its_log
+from .training_settings import Choice, TrainingSettings
 
 _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
@@ -38,6 +37,9 @@ _MORE, _GENTLE = 10, 0.1
 """Epochs at states against the laws, after which the average of the weights has left what it was, and the share of the
 learning rate by which they move."""
 
+Progress = Callable[[Epoch], None]
+"""Told of each epoch."""
+
 
 def train(
     split: Split,
@@ -47,7 +49,7 @@ def train(
     settings: TrainingSettings | None = None,
     folder: Path | None = None,
     resume: bool = False,
-    progress: Callable[[Epoch], None] | None = None,
+    progress: Progress | None = None,
     auditor: Auditor | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
@@ -76,26 +78,25 @@ def train(
     """
     chosen = settings or TrainingSettings()
     begun = perf_counter()
-    _check_checkpoint(None if folder is None else Path(folder), resume)
+    folder = None if folder is None else Path(folder)
+    _check_checkpoint(folder, resume)
     with _reproducible(chosen.seed):
         prepared = prepare_training(split, vehicle, choice, chosen)
-        run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
+        run = _Run(prepared, chosen, folder, begun, progress or (lambda epoch: None))
         run.start(resume)
         while not (why := run.finished()):
             run.epoch()
-            if progress is not None:
-                progress(run.history[-1])
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
         chooser = CheckpointSelector(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         probed = Probed()
-        if asks_its_log(choice, chosen):
+        if chosen.trust and not choice.pure:
             probed = choice.probes or probes_of(split, vehicle, choice, chosen)
             model.trust(trust_of(model, split, probed))
         kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:
-            kept = chooser.mended(kept, partial(run.again, progress))
+            kept = chooser.mended(kept, run.again)
         model.seconds_to_fit = perf_counter() - run.begun
         model.interval = interval_of(model, split)
         if probed.parts:
@@ -156,8 +157,6 @@ def one_pass(
 ) -> float:
     """One epoch of steps over all windows in random order; the mean loss of its batches.
 
-    `average` is called after each step.
-
     Parameters
     ----------
     network, objective, optimiser : what is trained, its loss, and the steps
@@ -165,8 +164,7 @@ def one_pass(
     draw : of the order of the windows
     average : called after each step
     """
-    device = objective.inputs.device
-    order = torch.randperm(objective.count, generator=draw).to(device)
+    order = torch.randperm(objective.count, generator=draw).to(objective.inputs.device)
     parameters = list(network.parameters())
     losses = []
     for index in order.split(_batch(objective.count, settings)):
@@ -196,26 +194,26 @@ def _batch(windows: int, settings: TrainingSettings) -> int:
 class _Run:
     """A training under way."""
 
-    def __init__(self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float) -> None:
-        self.prepared, self.settings, self.folder, self.begun = prepared, settings, folder, begun
+    def __init__(
+        self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float, progress: Progress
+    ) -> None:
+        self.prepared, self.settings, self.folder = prepared, settings, folder
+        self.begun, self.progress = begun, progress
         self.network = prepared.network
         self.grown = prepared.network.grown
-        device = (
-            prepared.objective.inputs.device
-        )  # moved there, a copy lies in one piece, as a GPU's recurrence wants it
-        self.averaged = deepcopy(prepared.network).to(device) if self._averages else prepared.network
+        # Moved there, a copy lies in one piece, as a GPU's recurrence wants it.
+        device = prepared.objective.inputs.device
+        self.averaged = deepcopy(self.network).to(device) if self._averages else self.network
         self.optimiser = adam(self.network, settings)
         self.draw = torch.Generator().manual_seed(settings.seed)
         self.history: list[Epoch] = []
-        self.kept: dict[str, torch.Tensor] = {}
+        self.kept: dict[int, Mapping[str, torch.Tensor]] = {}
 
     def start(self, resume: bool) -> None:
         """Judge the network as it is, or take up the checkpoint."""
-        found = None
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            if resume:
-                found = read_checkpoint(self.folder, self.prepared.recipe)
+        found = read_checkpoint(self.folder, self.prepared.recipe) if resume and self.folder is not None else None
         if found is None:
             # A hybrid that has learnt nothing is the vehicle; a pure network is nothing, unless it was trained before.
             # How much a network counts that is fitted at once is its gain's to say.
@@ -224,11 +222,10 @@ class _Run:
             return
         self.network.load_state_dict(found.weights)
         self.averaged.load_state_dict(found.averaged)
-        device = next(self.network.parameters()).device
         groups = self.optimiser.state_dict()["param_groups"]
         self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
         self.draw.set_state(found.draw)
-        self.kept = {name: value.to(device) for name, value in found.kept.items()}
+        self.kept = dict(found.kept)
         self.history = list(found.history)
         self.begun -= found.seconds
 
@@ -256,12 +253,11 @@ class _Run:
         return ""
 
     def epoch(self) -> None:
-        """One more epoch, judged and written."""
-        network, prepared = self.network, self.prepared
+        """One more epoch, judged, written and told."""
         if self.grown is None:
             self._judge(self._pass(_rate(self.settings, self._next)))
         else:
-            self._judge(fit_tabular(network, prepared.table, self.settings.seed, self.settings.epochs))
+            self._judge(fit_tabular(self.network, self.prepared.table, self.settings.seed, self.settings.epochs))
         if self.folder is not None:
             write_checkpoint(
                 self.folder,
@@ -276,14 +272,14 @@ class _Run:
                     self.prepared.recipe,
                 ),
             )
+        self.progress(self.history[-1])
 
-    def again(self, progress: Callable[[Epoch], None] | None, against: Array) -> tuple[int, dict[str, torch.Tensor]]:
+    def again(self, against: Array) -> tuple[int, dict[str, torch.Tensor]]:
         """Some epochs more at states against the laws, too, see `checkpoint.Again`; none of them is written."""
         self.prepared.objective.met = self.prepared.asked_at(against)
         for _ in range(_MORE):
             self._judge(self._pass(_GENTLE * self.settings.learning_rate))
-            if progress is not None:
-                progress(self.history[-1])
+            self.progress(self.history[-1])
         return self.history[-1].number, self.averaged.state_dict()
 
     def _pass(self, rate: float) -> float:
@@ -302,26 +298,25 @@ class _Run:
 
     def _judge(self, loss: float | None) -> None:
         number, judge = 0 if loss is None else self._next, self.prepared.judge
-        rmse = judge.error(self.averaged) if loss is None or isfinite(loss) else float("nan")
+        if loss is not None and not isfinite(loss):
+            raise self._not_finite(number, f"the loss is {loss}")
+        rmse = judge.error(self.averaged)
         if not isfinite(rmse):
-            raise RequestError(self._not_finite(number, loss))
+            raise self._not_finite(number, "the validation error is not finite")
         self.history.append(Epoch(number, loss, rmse, judge.violating(self.averaged)))
         best = best_epochs(self.history, lawful=self.learns_laws)
         if number in best:
-            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.averaged.state_dict()).items()}
-        self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}
+            self.kept[number] = cloned(self.averaged.state_dict())
+        self.kept = {n: own for n, own in self.kept.items() if n in best}
 
-    def _not_finite(self, number: int, loss: float | None) -> str:
-        what = (
-            f"the loss is {loss}" if loss is not None and not isfinite(loss) else "the validation error is not finite"
-        )
+    def _not_finite(self, number: int, what: str) -> RequestError:
         text = (
             f"training: {what} in epoch {number}; try a smaller learning rate than {self.settings.learning_rate:g}, a "
             f"smaller clip than {self.settings.clip:g}, or shorter rollouts"
         )
-        if self.folder is None or number < 2:
-            return text
-        return f"{text}. The state after epoch {number - 1} is kept in {self.folder / CHECKPOINT}"
+        if self.folder is not None and number > 1:
+            text += f". The state after epoch {number - 1} is kept in {self.folder / CHECKPOINT}"
+        return RequestError(text)
 
 
 def _rate(settings: TrainingSettings, number: int) -> float:

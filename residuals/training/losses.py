@@ -1,14 +1,14 @@
 """Losses of a batch of windows: data, laws, smoothness, and short open-loop rollouts that gradients flow through."""
 
-from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ...physics.forces import ForceEquation, relative_velocity
 from ...physics.integration import runge_kutta
 from ...physics.laws.energy import EXCESS_UNIT, coasting_power, full_force, full_power, surplus
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..models.unforced_states import UnforcedStates
 from ..networks.base import Memory, Network
@@ -24,9 +24,11 @@ Slopes = tuple[Tensor, ...]
 """Of heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Forcing:
-    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
+class Forcing(NamedTuple):
+    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2).
+
+    In a row of it: (thrusters, batch) and (2, batch).
+    """
 
     thrust: Tensor
     load: Tensor
@@ -57,31 +59,27 @@ class Shooter:
         inputs : (batch, rows, inputs) measured; those before `start` warm the network up
         states : (batch, rows, 6) measured, as `Windows` holds them; only row `start` is used
         """
-        memory: Memory | None = None
-        if start:
-            _, memory = network(inputs[:, :start])
+        memory: Memory | None = network(inputs[:, :start])[1] if start else None
         state = states[:, start].T
         heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
-        thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in (forcing.thrust, forcing.load, forcing.air))
+        outside = [Forcing(*now) for now in zip(*(x.permute(1, 2, 0) for x in forcing), strict=True)]
         found: list[Tensor] = []
         before: Tensor | None = None
         for k in range(start, inputs.shape[1] - 1):
             relative = _relative(self.vehicle, state[0], state[1:4])
-            seen = [*relative, *thrust[k].unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
+            seen = [*relative, *outside[k].thrust.unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
             said, memory = network(torch.stack(seen, dim=-1)[:, None], memory)
             now = said[:, 0]
             held = now if before is None else 1.5 * now - 0.5 * before
             before = now
-            ends = tuple((x[k], x[k + 1]) for x in (thrust, load, air))
-            state = self._step(state, held.unbind(-1), *ends)
+            state = self._step(state, held.unbind(-1), outside[k], outside[k + 1])
             found.append(state[1:4].T)
         return torch.stack(found, dim=1)
 
-    def _step(self, state: Tensor, said: Acceleration, *ends: tuple[Tensor, Tensor]) -> Tensor:
-        first, last = tuple(e[0] for e in ends), tuple(e[1] for e in ends)
-        middle = tuple(0.5 * (e[0] + e[1]) for e in ends)
+    def _step(self, state: Tensor, said: Acceleration, first: Forcing, last: Forcing) -> Tensor:
+        middle = Forcing(*(0.5 * (a + b) for a, b in zip(first, last, strict=True)))
 
-        def slope(x: Tensor, outside: tuple[Tensor, Tensor, Tensor]) -> Tensor:
+        def slope(x: Tensor, outside: Forcing) -> Tensor:
             return torch.stack(self._slope(x, said, *outside))
 
         return _runge_kutta(slope, state, (first, middle, last), self.time_step)
@@ -117,11 +115,11 @@ class Objective:
     Parameters
     ----------
     windows : of the training part
-    filter_matrix : see `Windows.filter_matrix`; its type and device are those of the weights
+    taps : of the filter, see `windows.filter_taps`
     unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
-    coasting : states with and without thrust from the training envelope
+    coasting : states with and without thrust from the training envelope, of the type and on the device of the weights
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
-    augmenter : varies each batch, or None
+    augmenter : varies each batch
 
     Attributes
     ----------
@@ -133,28 +131,27 @@ class Objective:
     def __init__(
         self,
         windows: Windows,
-        filter_matrix: Tensor,
-        unit: Tensor,
+        taps: Array,
+        unit: Array,
         coasting: UnforcedStates,
         vehicle: Vehicle,
         settings: TrainingSettings,
         *,
         pure: bool,
-        augmenter: Augmenter | None = None,
+        augmenter: Augmenter,
     ) -> None:
         def tensor(values: object) -> Tensor:
-            return torch.as_tensor(values, dtype=filter_matrix.dtype, device=filter_matrix.device)
+            return torch.as_tensor(values, dtype=coasting.inputs.dtype, device=coasting.inputs.device)
 
         self.settings, self.coasting, self.augmenter = settings, coasting, augmenter
-        self.filter, self.unit = filter_matrix[:, windows.first :], unit
+        self.filter, self.unit = tensor(windows.filter_matrix(taps)[:, windows.first :]), tensor(unit)
         self.inputs, self.allowed, self.base = map(tensor, (windows.inputs, windows.allowed, windows.base))
         self.scale = tensor(EXCESS_UNIT * full_power(full_force(vehicle), windows.inputs[..., :3]))
         self.target = tensor(windows.target[:, windows.compared])
         self.shooter = Shooter(vehicle, pure=pure, time_step=windows.time_step)
-        self.states, self.thrust, self.load, self.air = map(
-            tensor, (windows.states, windows.thrust, windows.load, windows.air)
-        )
-        self.warm_rows, self.time_step = windows.first, windows.time_step
+        self.states = tensor(windows.states)
+        self.forcing = Forcing(*map(tensor, (windows.thrust, windows.load, windows.air)))
+        self.warm_rows = windows.first
 
     @property
     def count(self) -> int:
@@ -164,9 +161,7 @@ class Objective:
     def __call__(self, network: Network, index: Tensor, draw: torch.Generator) -> Tensor:
         """Loss of the windows `index`; `draw` decides states, starts and variants."""
         settings, unit = self.settings, self.unit
-        inputs, target = self.inputs[index], self.target[index]
-        if self.augmenter is not None:
-            inputs, target = self.augmenter(inputs, target, index, draw)
+        inputs, target = self.augmenter(self.inputs[index], self.target[index], index, draw)
         said = self._said(network, inputs)
         loss = settings.lambda_data * robust((self.filter @ said - target) / unit, settings.huber).mean()
         if settings.lambda_smooth:
@@ -207,9 +202,9 @@ class Objective:
         start = int(torch.randint(warm, most + 1, (), generator=draw))
         rows = slice(start - warm, start + steps + 1)
         states = self.states[index, rows]
-        forcing = Forcing(self.thrust[index, rows], self.load[index, rows], self.air[index, rows])
+        forcing = Forcing(*(x[index, rows] for x in self.forcing))
         rolled = self.shooter.velocities(network, inputs[:, rows], states, forcing, warm)
-        error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.time_step)
+        error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.shooter.time_step)
         return error.square().mean()
 
 
@@ -217,5 +212,4 @@ def robust(error: Tensor, huber: float) -> Tensor:
     """The square of errors up to `huber`, and a line of the same slope beyond it (Huber 1964); all squares if 0."""
     if not huber:
         return error.square()
-    size = error.abs()
-    return torch.where(size <= huber, error.square(), huber * (2.0 * size - huber))
+    return 2.0 * nn.functional.huber_loss(error, torch.zeros_like(error), reduction="none", delta=huber)

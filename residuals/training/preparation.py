@@ -8,10 +8,12 @@ fading distance are those of the new vehicle.
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
 import torch
+from torch.nn.utils.rnn import pad_sequence
 
 from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.resampling import Standardisation, accelerations
@@ -24,7 +26,7 @@ from ...physics.motion import Array, Motion
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
 from ..models.network_inputs import input_names, network_inputs
-from ..models.network_model import NetworkModel, scaling_of
+from ..models.network_model import NetworkModel, numbers, scaling_of
 from ..models.unforced_states import UnforcedStates
 from ..networks.base import Network, Scaling, through
 from ..networks.registry import NETWORKS, build, default_options, network_named
@@ -48,27 +50,18 @@ class Judge:
     """
 
     def __init__(
-        self,
-        data: DataSet,
-        vehicle: Vehicle,
-        coasting: UnforcedStates,
-        unit: Array,
-        *,
-        pure: bool,
-        heading: bool,
+        self, data: DataSet, vehicle: Vehicle, coasting: UnforcedStates, unit: Array, *, pure: bool, heading: bool
     ) -> None:
         self.data, self.coasting, self.unit = data, coasting, unit
         self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
         seen = [network_inputs(vehicle, motion, heading) for motion in data.motions]
-        longest = max(see.shape[0] for see in seen)
         # Networks are causal: rows after the end of a shorter motion change nothing before it.
-        padded = np.stack([np.pad(see, ((0, longest - see.shape[0]), (0, 0)), mode="edge") for see in seen])
-        self.inputs = torch.as_tensor(padded).to(coasting.inputs)
+        self.inputs = pad_sequence([torch.as_tensor(see) for see in seen], batch_first=True).to(coasting.inputs)
 
     def error(self, network: Network) -> float:
         """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
         with torch.no_grad():
-            said = through(network, self.inputs)[0].double().cpu().numpy()
+            said = numbers(through(network, self.inputs)[0])
         if not np.isfinite(said).all():
             return float("nan")
         rows = [
@@ -165,12 +158,7 @@ class Prepared:
     recipe: dict[str, object]
 
 
-def prepare_training(
-    split: Split,
-    vehicle: Vehicle,
-    choice: Choice,
-    settings: TrainingSettings,
-) -> Prepared:
+def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
 
     Parameters
@@ -189,10 +177,10 @@ def prepare_training(
     remembers = _remembers(choice)
     warm_up = WARM_UP if remembers else 0.0
     chosen = {"pure": choice.pure, "heading": choice.heading}
-    windows = windows_of(
-        split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
-    )
-    sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
+    lengths = {"seconds": settings.window, "warm_up": warm_up, "overlap": settings.overlap}
+    cut_for = partial(windows_of, split.train, **chosen, **lengths)
+    windows = cut_for(vehicle)
+    sisters = sister_targets(vehicle, settings, windows.target, pure=choice.pure, cut_for=cut_for)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
@@ -206,10 +194,6 @@ def prepare_training(
     if choice.start is not None:
         take_weights(network, choice.start)
     like = next(network.parameters())
-
-    def tensor(values: Array) -> torch.Tensor:
-        return torch.as_tensor(values, dtype=like.dtype, device=device)
-
     envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
     idle = np.array([neutral_command(t) for t in vehicle.thrusters])
     how = {**chosen, "time_step": windows.time_step, "remembers": remembers, "like": like}
@@ -224,21 +208,17 @@ def prepare_training(
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
-    compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
-    wanted = settings.augmentation
+    compared = None if sisters is None else torch.as_tensor(sisters[:, :, windows.compared]).to(like)
     noise = seen_noise(split.train, settings, remembers)
-    varied = wanted.active or bool(noise.any())
-    augmenter = Augmenter(wanted, noise, scaling.drives, compared) if varied else None
-    taps = filter_taps(split.train.recipe, windows.time_step)
     objective = Objective(
         windows,
-        tensor(windows.filter_matrix(taps)),
-        tensor(unit),
+        filter_taps(split.train.recipe, windows.time_step),
+        unit,
         coasting(coasting_states(envelope, POOL, seed=1)),
         vehicle,
         settings,
         pure=choice.pure,
-        augmenter=augmenter,
+        augmenter=Augmenter(settings.augmentation.thrust_spread, noise, scaling.drives, compared),
     )
     recipe = {
         "network": choice.network,
@@ -279,8 +259,7 @@ def _unit(windows: Windows, motions: tuple[Motion, ...]) -> Array:
     the vehicle is nearly right would not be learnt at all.
     """
     target, measured = windows.target[:, windows.compared].reshape(-1, 3), [accelerations(m) for m in motions]
-    sizes = (np.sqrt((x**2).mean(axis=0)) for x in (target, np.concatenate(measured)))
-    left, whole = sizes
+    left, whole = (np.sqrt((x**2).mean(axis=0)) for x in (target, np.concatenate(measured)))
     return np.maximum(left, 1e-3 * whole + 1e-9)
 
 

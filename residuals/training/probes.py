@@ -6,6 +6,7 @@ stretches differ most), so gains are known at distances from training (Roberts e
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -73,10 +74,9 @@ def held_out_parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Held
 def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], *, block: bool) -> HeldOutPart:
     """The part whose stretches of these numbers are asked; neighbours are joined."""
     both: tuple[list[tuple[int, int, int]], ...] = ([], [])
-    for n, (k, start, stop) in enumerate(pieces):
-        joined = both[n in asked]
-        before = joined.pop() if joined and joined[-1][::2] == (k, start) else (k, start, start)
-        joined.append((k, before[1], stop))
+    for (k, held), group in groupby(range(len(pieces)), lambda n: (pieces[n][0], n in asked)):
+        joined = [pieces[n] for n in group]
+        both[held].append((k, joined[0][1], joined[-1][2]))
 
     def cut(motions: tuple[Motion, ...], where: list[tuple[int, int, int]]) -> tuple[Motion, ...]:
         return tuple(motions[k].slice(start, stop) for k, start, stop in where)
@@ -173,7 +173,7 @@ def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
 def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     """The gain of a network that knows its distances, by what was tried."""
     gain = model.network.gain
-    assert gain is not None, "`told` has measured from where distances are"
+    assert gain is not None, "`predict_held_out` has measured from where distances are"
     rows = round(_SUMMED / model.time_step)
     reaches, weights, error = stacked(tried, rows, common=model.network.rests_on == "itself")
     return replace(gain.trust, reaches=reaches, weights=weights, error=error)

@@ -22,6 +22,7 @@ from ...measurements.statistics.processors import single_threaded
 from ...physics.errors import RequestError
 from ...physics.motion import Array
 from ...physics.registry_members import how_to_install
+from ..models.network_model import numbers
 from ..networks.base import Network
 from ..networks.gaussian_process import GaussianProcess
 from ..networks.ridge import Ridge
@@ -69,13 +70,48 @@ Kernel = tuple[float, Array, float]
 """Variance, lengths (inputs,) and variance of the noise."""
 
 
+class _Moments(NamedTuple):
+    """Products of columns with each other and with the targets, and of those with themselves, by block of time.
+
+    Attributes
+    ----------
+    inner, pull, size : (blocks, columns, columns), (blocks, columns, targets), (blocks, targets)
+    rows : by which penalties are multiplied
+    """
+
+    inner: Array
+    pull: Array
+    size: Array
+    rows: int = 1
+
+    @classmethod
+    def of(cls, seen: Array, wanted: Array) -> "_Moments":
+        """Of columns (rows, columns) and targets (rows, targets)."""
+        parts = np.array_split(np.arange(len(seen)), _FOLDS)
+        inner, pull = (np.array([seen[p].T @ some[p] for p in parts]) for some in (seen, wanted))
+        return cls(inner, pull, np.array([(wanted[p] ** 2).sum(axis=0) for p in parts]), len(seen))
+
+    def fitted(self, axis: int, penalties: Array) -> Array:
+        """Coefficients (columns,) of all rows under penalties (columns,)."""
+        shrunk = self.inner.sum(axis=0) + self.rows * np.diag(penalties)
+        return np.linalg.solve(shrunk, self.pull.sum(axis=0)[:, axis])
+
+    def unseen(self, axis: int, penalties: Array) -> float:
+        """Squared error on blocks of time, each predicted from the others."""
+        whole, pulled = self.inner.sum(axis=0), self.pull.sum(axis=0)[:, axis]
+        shrunk, error = self.rows * np.diag(penalties), 0.0
+        for inner, pull, size in zip(self.inner, self.pull[..., axis], self.size[:, axis], strict=True):
+            weights = cho_solve(cho_factor(whole - inner + shrunk), pulled - pull)
+            error += size - 2.0 * weights @ pull + weights @ inner @ weights
+        return float(error)
+
+
 @single_threaded
 def fit_processes(network: GaussianProcess, table: Table, seed: int, epochs: int) -> float:
     """Fit the Gaussian process of each axis, see `tabular_fit.fit_tabular`."""
     rows, wanted = table.rows.astype(np.float32).astype(float), table.wanted
     order = np.random.default_rng(seed).permutation(rows.shape[0])
-    count = min(_SAMPLES, 1 + epochs // _EACH)
-    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:count]
+    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[: min(_SAMPLES, 1 + epochs // _EACH)]
     samples = [order[first : first + _SAMPLE] for first in starts]
     centres = rows[order[: network.centres.shape[0]]]
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))
@@ -86,12 +122,15 @@ def fit_processes(network: GaussianProcess, table: Table, seed: int, epochs: int
     with torch.no_grad():
         network.centres[: len(centres)] = torch.as_tensor(centres).to(network.centres)
         network.sharpness.copy_(torch.as_tensor(sharpness))
-        network.head.get_parameter("weight").copy_(torch.as_tensor(weights))
-        left = []
-        for asked, target in zip(_blocks(rows), _blocks(wanted), strict=True):
-            seen = torch.as_tensor(asked).to(network.centres)
-            left.append(network.correct(seen, seen, None)[0].double().cpu().numpy() - target)
-    return float((np.concatenate(left) ** 2).mean())
+        network.head["weight"].copy_(torch.as_tensor(weights))
+    return float(((_predicted(network, rows) - wanted) ** 2).mean())
+
+
+def _predicted(network: GaussianProcess | Trees, rows: np.ndarray) -> Array:
+    """What a network without memory says at standardised inputs (rows, inputs), (rows, 3) in units of its output."""
+    seen = torch.as_tensor(rows).to(network.input_mean)
+    with torch.no_grad():
+        return numbers(network.correct(seen, seen, None)[0])
 
 
 def _kernel(rows: Array, target: Array) -> Kernel:
@@ -131,13 +170,8 @@ def _unseen(rows: Array, target: Array, centres: Array, lengths: Array, shares: 
             inner[k] += across @ across.T
             pull[k] += across @ wanted
             size[k] += wanted @ wanted
-    errors = np.zeros(len(shares))
-    for k in range(_FOLDS):
-        others, pulled = inner.sum(axis=0) - inner[k], pull.sum(axis=0) - pull[k]
-        for n, share in enumerate(shares):
-            weights = cho_solve(cho_factor(others + share * np.eye(count)), pulled)
-            errors[n] += size[k] - 2.0 * weights @ pull[k] + weights @ inner[k] @ weights
-    return errors.tolist()
+    moments = _Moments(inner, pull[..., None], size[:, None])
+    return [moments.unseen(0, np.full(count, share)) for share in shares]
 
 
 def _fitted(rows: Array, target: Array, centres: Array, kernel: Kernel) -> Array:
@@ -195,8 +229,7 @@ def grow_trees(network: Trees, table: Table, seed: int, epochs: int) -> float:
             f"trees: this scikit-learn keeps its trees in another form ({error}); train another network"
         ) from error
     told = np.column_stack([learner.predict(rows) for learner in learners])
-    asked = torch.as_tensor(rows).to(network.threshold)
-    ours = network.correct(asked, asked, None)[0].double().cpu().numpy()
+    ours = _predicted(network, rows)
     if (np.abs(ours - told).max(axis=1) <= _SAME).mean() < _ALIKE:
         raise RequestError(
             "trees: this version of scikit-learn means something else by its trees; train another network"
@@ -266,38 +299,8 @@ def fit_ridge(network: Ridge, table: Table, seed: int, epochs: int) -> float:
     groups = np.repeat(np.arange(len(network.groups)), network.groups)
     weights = np.array([moments.fitted(axis, _penalties(moments, axis, groups)) / size for axis in range(3)])
     with torch.no_grad():
-        network.head.get_parameter("weight").copy_(torch.as_tensor(weights))
+        network.head["weight"].copy_(torch.as_tensor(weights))
     return float(((seen @ weights.T - table.wanted) ** 2).mean())
-
-
-class _Moments(NamedTuple):
-    """Products of columns with each other and with the targets, and of those with themselves, by block of time."""
-
-    inner: Array
-    pull: Array
-    size: Array
-    rows: int
-
-    @classmethod
-    def of(cls, seen: Array, wanted: Array) -> "_Moments":
-        """Of columns (rows, columns) and targets (rows, 3)."""
-        parts = np.array_split(np.arange(len(seen)), _FOLDS)
-        inner, pull = (np.array([seen[p].T @ some[p] for p in parts]) for some in (seen, wanted))
-        return cls(inner, pull, np.array([(wanted[p] ** 2).sum(axis=0) for p in parts]), len(seen))
-
-    def fitted(self, axis: int, penalties: Array) -> Array:
-        """Coefficients (columns,) of all rows under penalties (columns,)."""
-        shrunk = self.inner.sum(axis=0) + self.rows * np.diag(penalties)
-        return np.linalg.solve(shrunk, self.pull.sum(axis=0)[:, axis])
-
-    def unseen(self, axis: int, penalties: Array) -> float:
-        """Squared error on blocks of time, each predicted from the others."""
-        others = self.inner.sum(axis=0) - self.inner + self.rows * np.diag(penalties)
-        pulled = (self.pull.sum(axis=0) - self.pull)[..., axis, None]
-        weights = np.linalg.solve(others, pulled)[..., 0]
-        along = np.einsum("pi,pij,pj->p", weights, self.inner, weights)
-        across = np.einsum("pi,pi->p", weights, self.pull[..., axis])
-        return float((self.size[:, axis] - 2.0 * across + along).sum())
 
 
 def _penalties(moments: _Moments, axis: int, groups: np.ndarray) -> Array:

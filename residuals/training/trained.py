@@ -1,5 +1,6 @@
 """A trained network: its epochs, the one kept, the cost of the laws, and the interval of its errors."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
@@ -87,6 +88,16 @@ class _Rows(NamedTuple):
     def where(self, kept: np.ndarray) -> "_Rows":
         return _Rows(*(values[kept] for values in self))
 
+    @property
+    def near(self) -> "_Rows":
+        """Those within the training, or all where these are too few."""
+        found = self.where(self.beyond == 0.0)
+        return self if len(found.found) < _FEW else found
+
+
+def _joined(parts: Iterable[_Rows]) -> _Rows:
+    return _Rows(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
 
 def interval_of(model: NetworkModel, split: Split) -> Interval:
     """Margins of a network: proportions from training, how large from validation, both within what it has seen.
@@ -95,12 +106,7 @@ def interval_of(model: NetworkModel, split: Split) -> Interval:
     say how much wider the margin must be there.
     """
     learnt, unseen = _rows(model, split.train), _rows(model, split.validation)
-    known, near = learnt.where(learnt.beyond == 0.0), unseen.where(unseen.beyond == 0.0)
-    if len(known.found) < _FEW:
-        known = learnt
-    if len(near.found) < _FEW:
-        near = unseen
-    both = _Rows(*(np.concatenate(pair) for pair in zip(learnt, unseen, strict=True)))
+    known, near, both = learnt.near, unseen.near, _joined([learnt, unseen])
     result = Interval(
         level=LEVEL,
         learnt=calibrated(known.found, known.error, near.found, near.error),
@@ -116,7 +122,7 @@ def interval_of(model: NetworkModel, split: Split) -> Interval:
 
 def _rows(model: NetworkModel, data: DataSet) -> _Rows:
     own, base = (acceleration_errors(one, data)[1] for one in (model, VehicleModel(model.vehicle, "alone")))
-    told = [
+    return _joined(
         _Rows(
             sizes(model.vehicle, motion, model.acceleration(motion)),
             error,
@@ -124,5 +130,4 @@ def _rows(model: NetworkModel, data: DataSet) -> _Rows:
             *least_known(motion, model.weight(motion), model.beyond(motion)),
         )
         for motion, error, alone in zip(data.motions, own, base, strict=True)
-    ]
-    return _Rows(*(np.concatenate(parts) for parts in zip(*told, strict=True)))
+    )

@@ -25,7 +25,7 @@ class Choice:
     network, options : a name and options of `networks.registry`
     pure : it stands in the place of the physics, not beside it
     heading : it sees the heading
-    start : a network that it goes on from, see `fine_tuning`; None for fresh weights
+    start : a network that it goes on from, see `preparation`; None for fresh weights
     probes : those of this choice, where they were trained before, see `probes`; None to train them
     """
 
@@ -59,11 +59,6 @@ class Augmentation:
         for name, value in asdict(self).items():
             if not 0.0 <= value < (1.0 if name.endswith("spread") else 100.0):
                 raise RequestError(f"augmentation: expected {name} of 0 or more, a spread below 1, got {value}")
-
-    @property
-    def active(self) -> bool:
-        """True when anything is varied."""
-        return any(asdict(self).values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +149,3 @@ class TrainingSettings:
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
         return asdict(self)
-
-
-def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """True when parts of the log decide how far a correction is trusted, see `probes`."""
-    return settings.trust and not choice.pure

@@ -1,11 +1,12 @@
 """Chronological windows of rows for training, the filter of the output, and augmentation of a batch."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 import torch
+from scipy.linalg import convolution_matrix
 from torch import Tensor
 
 from ...measurements.preparation.prepare import DataSet, Recipe
@@ -15,12 +16,12 @@ from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states, stated_push
 from ...physics.laws.damping_power import damping_power
 from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
-from ...physics.motion import Array
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.hidden_effects import random_hull
 from ..models.network_inputs import network_inputs
 from ..scores import target_acceleration
-from .training_settings import Augmentation, TrainingSettings
+from .training_settings import TrainingSettings
 
 _LEAST_TAP = 1e-3
 """Taps of the filter's impulse response below this are cut off."""
@@ -64,11 +65,7 @@ class Windows:
 
     def filter_matrix(self, taps: Array) -> Array:
         """The filter as a matrix (compared rows, rows), so that one product filters a batch of windows."""
-        rows = range(self.inputs.shape[1])[self.compared]
-        matrix = np.zeros((len(rows), self.inputs.shape[1]))
-        for k, row in enumerate(rows):
-            matrix[k, row - self.reach : row + self.reach + 1] = taps
-        return matrix
+        return convolution_matrix(taps[::-1], self.inputs.shape[1], mode="valid")[self.first :]
 
 
 def filter_taps(recipe: Recipe, time_step: float) -> Array:
@@ -84,18 +81,6 @@ def filter_taps(recipe: Recipe, time_step: float) -> Array:
     reach = int(np.flatnonzero(np.abs(response) >= _LEAST_TAP)[-1]) - _REACH
     taps = response[_REACH - reach : _REACH + reach + 1]
     return taps / taps.sum()
-
-
-def cut(values: Sequence[Array], rows: int, stride: int) -> Array:
-    """Windows of `rows` rows of each array (n, ...), `stride` apart, the last one up to the end.
-
-    Parameters
-    ----------
-    values : arrays (n, ...), one for each motion
-    rows : of a window
-    stride : rows between windows
-    """
-    return np.concatenate([v[_starts(v.shape[0], rows, stride)[:, None] + np.arange(rows)] for v in values])
 
 
 def windows_of(
@@ -137,41 +122,40 @@ def windows_of(
             f"training: expected a stretch of at least {seconds:g} s without gaps, got {longest:.1f} s; give longer "
             "logs or shorter windows"
         )
-    acts = [actuation(vehicle, motion) for motion in motions]
-    still = [np.zeros((motion.time.size, 2)) if motion.air is None else motion.air for motion in motions]
-    pushed = [thrust_power(vehicle, motion) for motion in motions]
-    seen = [network_inputs(vehicle, motion, heading) for motion in motions]
-    hull = [
-        -(see[:, :3] * stated_push(vehicle, motion.heading, tuple(see[:, :3].T))).sum(axis=1)
-        if pure
-        else push + damping_power(vehicle, see[:, :3])
-        for motion, push, see in zip(motions, pushed, seen, strict=True)
-    ]
-    allowed = [
-        allowed_power(vehicle, see[:, :3], (act.thrust - act.load * see[:, 0]).T, INSIDE)
-        for act, see in zip(acts, seen, strict=True)
-    ]
-    states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
-    targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
     stride = max(1, min(round((1.0 - overlap) * rows), kept))
-    return Windows(
-        inputs=cut(seen, rows, stride),
-        target=cut(targets, rows, stride),
-        allowed=cut(allowed, rows, stride),
-        base=cut(hull, rows, stride),
-        states=cut(states, rows, stride),
-        thrust=cut([act.thrust.T for act in acts], rows, stride),
-        load=cut([act.load.T for act in acts], rows, stride),
-        air=cut(still, rows, stride),
-        first=first,
-        reach=reach,
-        time_step=step,
-    )
+    pieces = [_window_rows(motion.time.size, rows, stride) for motion in motions]
+    along = [_along(data, vehicle, motion, pure, heading) for motion in motions]
+    columns = {
+        name: np.concatenate([each[name][piece] for each, piece in zip(along, pieces, strict=True)])
+        for name in along[0]
+    }
+    return Windows(**columns, first=first, reach=reach, time_step=step)
 
 
-def _starts(length: int, rows: int, stride: int) -> np.ndarray:
+def _window_rows(length: int, rows: int, stride: int) -> np.ndarray:
+    """Rows of a motion in each window (windows, rows), `stride` apart, the last one up to the end."""
     last = length - rows
-    return np.unique(np.append(np.arange(0, last + 1, stride), last)) if last >= 0 else np.empty(0, dtype=int)
+    return np.append(np.arange(0, last, stride), last)[:, None] + np.arange(rows)
+
+
+def _along(data: DataSet, vehicle: Vehicle, motion: Motion, pure: bool, heading: bool) -> dict[str, Array]:
+    """Columns of `Windows` along a whole motion, by name."""
+    seen, act = network_inputs(vehicle, motion, heading), actuation(vehicle, motion)
+    speeds = seen[:, :3]
+    if pure:
+        base = -(speeds * stated_push(vehicle, motion.heading, tuple(speeds.T))).sum(axis=1)
+    else:
+        base = thrust_power(vehicle, motion) + damping_power(vehicle, speeds)
+    return {
+        "inputs": seen,
+        "target": target_acceleration(vehicle, motion, data, pure),
+        "allowed": allowed_power(vehicle, speeds, (act.thrust - act.load * seen[:, 0]).T, INSIDE),
+        "base": base,
+        "states": np.column_stack([motion.heading, motion.velocity, *memory_states(vehicle, motion)]),
+        "thrust": act.thrust.T,
+        "load": act.load.T,
+        "air": np.zeros((motion.time.size, 2)) if motion.air is None else motion.air,
+    }
 
 
 SISTERS = 8
@@ -179,14 +163,7 @@ SISTERS = 8
 
 
 def sister_targets(
-    data: DataSet,
-    vehicle: Vehicle,
-    settings: TrainingSettings,
-    target: Array,
-    *,
-    pure: bool,
-    heading: bool,
-    warm_up: float,
+    vehicle: Vehicle, settings: TrainingSettings, target: Array, *, pure: bool, cut_for: Callable[[Vehicle], Windows]
 ) -> Array | None:
     """Targets (sisters, windows, rows, 3) beside the physics of random sister hulls; None where none are asked for.
 
@@ -195,12 +172,11 @@ def sister_targets(
 
     Parameters
     ----------
-    data : the training part
     vehicle : of which hulls are sisters
     settings : of the training
     target : beside the vehicle itself (windows, rows, 3) [m/s^2, m/s^2, rad/s^2]
-    pure, heading : the network is without physics, and sees the heading
-    warm_up : of the memory [s]
+    pure : whether the network is without physics
+    cut_for : cuts the training part into windows, beside the physics of a hull
 
     Raises
     ------
@@ -213,20 +189,7 @@ def sister_targets(
     if pure:
         raise RequestError("augmentation: hull_spread varies the physics beside a network; a pure network has none")
     rng = np.random.default_rng([settings.seed, 12])
-    hulls = [random_hull(vehicle, rng, spread) for _ in range(SISTERS)]
-    cuts = [
-        windows_of(
-            data,
-            hull,
-            pure=False,
-            heading=heading,
-            seconds=settings.window,
-            warm_up=warm_up,
-            overlap=settings.overlap,
-        )
-        for hull in hulls
-    ]
-    targets = np.stack([c.target for c in cuts])
+    targets = np.stack([cut_for(random_hull(vehicle, rng, spread)).target for _ in range(SISTERS)])
     return targets - targets.mean(axis=0) + target
 
 
@@ -251,27 +214,27 @@ class Augmenter:
 
     Parameters
     ----------
-    wanted : how much of what
+    thrust_spread : of each thrust, see `Augmentation`; 0 for none
     noise : (3,) white noise on u, v [m/s] and r [rad/s]
     thrusters : number of thrust inputs
     targets : (sisters, windows, compared rows, 3), or None
     """
 
-    def __init__(self, wanted: Augmentation, noise: Array, thrusters: int, targets: Tensor | None) -> None:
-        self.wanted, self.thrusters, self.targets = wanted, thrusters, targets
+    def __init__(self, thrust_spread: float, noise: Array, thrusters: int, targets: Tensor | None) -> None:
+        self.thrust_spread, self.thrusters, self.targets = thrust_spread, thrusters, targets
         self.noise = torch.as_tensor(noise, dtype=torch.float32)
 
     def __call__(self, inputs: Tensor, target: Tensor, index: Tensor, draw: torch.Generator) -> tuple[Tensor, Tensor]:
         """Inputs (batch, rows, inputs) and target (batch, compared rows, 3) of the windows `index`, varied."""
-        wanted, batch = self.wanted, inputs.shape[0]
+        batch = inputs.shape[0]
         if self.noise.any():
             noise = torch.zeros(inputs.shape)
             noise[..., :3] = torch.randn((*inputs.shape[:2], 3), generator=draw) * self.noise
             inputs = inputs + noise.to(inputs)
-        if wanted.thrust_spread:
+        if self.thrust_spread:
             gain = torch.ones((batch, 1, inputs.shape[-1]))
             spread = 2.0 * torch.rand((batch, 1, self.thrusters), generator=draw) - 1.0
-            gain[..., 3 : 3 + self.thrusters] += wanted.thrust_spread * spread
+            gain[..., 3 : 3 + self.thrusters] += self.thrust_spread * spread
             inputs = inputs * gain.to(inputs)
         if self.targets is not None:
             sister = torch.randint(self.targets.shape[0], (batch,), generator=draw).to(index)

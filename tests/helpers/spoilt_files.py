@@ -238,7 +238,7 @@ def _checkpoint(folder: Path) -> Path:
     weights = {"a": torch.zeros(3), "b": torch.ones(2, 2)}
     averaged, kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(3))
     state = Checkpoint(
-        weights, averaged, kept, {0: moments}, torch.get_rng_state(), [Epoch(1, 1.0, 0.5, 0.0)], 2.0, {"data": "x"}
+        weights, averaged, {1: kept}, {0: moments}, torch.get_rng_state(), [Epoch(1, 1.0, 0.5, 0.0)], 2.0, {"data": "x"}
     )
     write_checkpoint(folder, state)
     return folder / "checkpoint.safetensors"
