@@ -88,7 +88,7 @@ def _forces(vehicles: Sequence[Vehicle], envelope: Envelope) -> list[Array]:
     rng = np.random.default_rng(7)
     velocity = rng.uniform(envelope.lower, envelope.upper, (_STATES, 3)).T
     heading, direction = rng.uniform(-np.pi, np.pi, (2, _STATES))
-    flow = current_at(vehicles[0])
+    flow = current_at(vehicles[0], _MINUTES)
     if flow is not None:
         velocity[:2] += earth_to_body(heading, *flow)
     share = rng.uniform(-1.0, 1.0, (_STATES, len(vehicles[0].thrusters)))

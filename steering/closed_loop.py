@@ -127,7 +127,7 @@ class Passage:
     motion : (n, 6) the truth; what comes after it was lost is its last place
     command : (n, thrusters) reached at each row, in the thrusters' units
     share : (n, thrusters) the same as shares of full command
-    seconds : (n - 1,) of processor time that the controller took for each period [s]
+    seconds : of processor time that the controller took for each period [s], (n - 1,) or until the boat was lost
     unsolved : periods for which its problem was not solved
     lost : whether it was lost on the way
     """

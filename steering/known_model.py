@@ -217,7 +217,7 @@ def known_model(model: Model) -> KnownModel:
         model.name,
         program,
         thrust_inverse(model.vehicle),
-        made("start", [state[:6], force], asked(program.start, motion=state[:6])),
+        made("start", [state[:6], force], asked(program.start, motion=state[:6], minutes=casadi.SX(1, 1))),
         made("step", [state, force, added, minutes], after),
         made("pulled", [state, minutes], pulled),
         made("pushed", [state, minutes], casadi.jacobian(push, force)),

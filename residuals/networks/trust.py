@@ -91,13 +91,13 @@ class HeldOutTrial(NamedTuple):
     lacking : (rows, 3) what the vehicle lacks [m/s^2, m/s^2, rad/s^2]
     predicted : (rows, 3) the correction
     distance : (rows,) from what it was trained on [deviations]
-    stretch : which of the stretches of a log they are: what happens in one tells of itself alone
+    stretch : their log, and which of its stretches they are: what happens in one tells of itself alone
     """
 
     lacking: Array
     predicted: Array
     distance: Array
-    stretch: int
+    stretch: tuple[str, int]
 
 
 def stacked(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.split import Split
@@ -106,7 +107,7 @@ class Probed:
         """The probes of blocks of time, or of the others, each with its data and the gain that all other parts tell."""
         for model, part in self.parts:
             if part.block is block:
-                own = {int(k) for motion in part.held_out.motions for k in np.unique(motion.time // _STRETCH)}
+                own = {(m.source, k) for m in part.held_out.motions for k in np.unique(_stretches_of(m)).tolist()}
                 others = [one for one in self.tried if one.stretch not in own]
                 model.trust(trusted(model, others or self.tried))  # a first block has nothing else to tell its gain
                 yield model, part.held_out
@@ -150,12 +151,17 @@ def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> lis
     for motion in asked.motions:
         lacking = target_acceleration(model.vehicle, motion, asked, False)
         said, distance = model.correction(motion), model.beyond(motion)
-        stretch = (motion.time // _STRETCH).astype(int)
+        stretch = _stretches_of(motion)
         for one in np.unique(stretch[first:]).tolist():
             rows = np.flatnonzero(stretch == one)
             rows = rows[rows >= first]
-            result.append(HeldOutTrial(lacking[rows], said[rows], distance[rows], one))
+            result.append(HeldOutTrial(lacking[rows], said[rows], distance[rows], (motion.source, one)))
     return result
+
+
+def _stretches_of(motion: Motion) -> NDArray[np.int64]:
+    """By which stretch of its log each row of a motion (n,) is judged."""
+    return (motion.time // _STRETCH).astype(np.int64)
 
 
 def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:

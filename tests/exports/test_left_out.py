@@ -45,6 +45,12 @@ def test_what_comes_with_wind_and_time_says_how_much_of_them():
     assert set(sizes(sentences["turning_current"])) == {"surge", "sway", "yaw"}
 
 
+def test_forces_are_told_in_the_envelope_of_speeds_through_the_water_that_has_turned():
+    turned = BOAT.with_values({"current_north": 1.0, "current_rate_north": -0.1})  # none is left after ten minutes
+    (here,), (there,) = (missing_forces(boat, BOX, {"X_uu": 0.0}) for boat in (BOAT, turned))
+    assert sizes(here) == sizes(there)
+
+
 def test_lag_and_delay_are_worth_a_step_of_full_thrust():
     late = BOAT.with_values({"lag": 0.3, "delay": 0.2})
     assert total_thrust(late.thrusters) == pytest.approx(70.0)

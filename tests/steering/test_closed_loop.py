@@ -60,6 +60,13 @@ def test_the_true_boat_is_undertows_own_simulation(name: str):
     np.testing.assert_allclose(np.array(found), expected, atol=1e-9)
 
 
+def test_a_boat_with_a_wake_in_a_changing_current_starts_in_the_water_of_the_first_minute():
+    both = NOMINAL.with_values({"current_rate_east": 0.05, "memory_yaw": 0.4, "memory_time": 1.7})
+    boats = both, both.with_values({"current_rate_east": 0.0})
+    turning, lasting = (knows(boat).start(np.zeros(6), np.zeros(2)).full() for boat in boats)
+    assert np.array_equal(turning, lasting)
+
+
 def test_in_calm_water_a_perfect_observer_knows_the_boat():
     passage = driven(HEAVY, true=HEAVY, calm=True)
     observer = Observer(knows(HEAVY), passage.motion[0])

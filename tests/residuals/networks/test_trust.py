@@ -102,7 +102,7 @@ def stretches(holds: float, beyond: float, noise: float = 0.0, seed: int = 0) ->
         said = np.cumsum(rng.normal(size=(100, 3)), axis=0) / 10.0
         far = np.where(rng.uniform(size=100) < 0.5, 0.0, rng.uniform(4.0, 6.0, 100))
         share = np.where(far > 0.0, beyond, holds)[:, None]
-        found.append(HeldOutTrial(share * said + noise * rng.normal(size=said.shape), said, far, k))
+        found.append(HeldOutTrial(share * said + noise * rng.normal(size=said.shape), said, far, ("log", k)))
     return found
 
 

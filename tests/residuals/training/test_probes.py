@@ -14,7 +14,14 @@ from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.best_kind import Candidate, best_of, candidates
 from undertow.residuals.training.epochs import probe_settings, train
-from undertow.residuals.training.probes import Probed, held_out_parts, rollout_ratio_of, train_probes, trust_of
+from undertow.residuals.training.probes import (
+    Probed,
+    held_out_parts,
+    predict_held_out,
+    rollout_ratio_of,
+    train_probes,
+    trust_of,
+)
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SHORT = TrainingSettings(epochs=2)
@@ -36,6 +43,13 @@ def saying(split: Split, times: float) -> NetworkModel:
             parameter.zero_()
         network.head.bias[0] = times * PUSH / mass_matrix(HULL)[0, 0] / 0.1  # type: ignore[union-attr, index]
     return NetworkModel(HULL, network, 0.1)
+
+
+def test_logs_whose_clocks_start_alike_tell_of_different_stretches(pushed: Split) -> None:
+    (motion,) = pushed.train.motions
+    logs = replace(pushed.train, motions=tuple(replace(motion, source=name) for name in ("one.csv", "two.csv")))
+    tried = predict_held_out(saying(pushed, 1.0), pushed.train, logs)
+    assert len({one.stretch for one in tried}) == len(tried) == 2 * len(np.unique(motion.time // 10.0))
 
 
 def test_every_row_is_held_out_once_in_time_and_the_ends_of_states_once_more(pushed: Split) -> None:
