@@ -284,6 +284,15 @@ class OtherForm(Record):
         return (found[1], float(found[2])) if found else None
 
 
+def comes_and_goes(passing: Mapping[str, float]) -> str:
+    """What passes within seconds on the axis where most does, as a sentence; empty where nothing does."""
+    if not passing:
+        return ""
+    axis, share = next(iter(passing.items()))
+    many = percent(min(share, 1.0))
+    return f"{many} of the force at work in {axis} comes and goes within seconds, as in waves and gusts."
+
+
 class LogFacts(Record):
     """Facts of the log: rows, length [s], how it was split, what stays unexplained by axis, notes, and SHA-256."""
 
@@ -309,6 +318,7 @@ class Findings(Card, Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
+    passing : where rollouts judge, shares of the force at work that come and go within seconds, by axis, largest first
     other_forms : what the rest of the model follows, looked for where an effect would be named; and last, of an
         undecided log, what explains more in the place of a doubtful effect
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
@@ -338,6 +348,7 @@ class Findings(Card, Record):
     unnamed: tuple[FittedTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
     rests: tuple[PersistentResidual, ...] = ()
+    passing: Mapping[str, Number] = Field(default={}, exclude_if=lambda value: not value)
     other_forms: tuple[OtherForm, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
     left: tuple[NotCalibrated, ...] = ()

@@ -27,7 +27,7 @@ from .effect_findings import (
 )
 from .evidence.invariance import ONE_SIZE
 from .evidence.weighing import PERHAPS, Evidence
-from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual
+from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual, comes_and_goes
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -133,6 +133,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         identifiability=g.known,
         passivity=lawful.passivity,
         rests=tuple(g.persistent),
+        passing=g.passing,
         other_forms=other_forms,
     )
 
@@ -330,13 +331,9 @@ def _headline(
     if unjudged:
         text = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
         return text, tuple(rests)
-    if g.passing:
-        axis, size = next(iter(g.passing.items()))
-        text = (
-            f"Nothing material is missing that this log can show: {_percent(min(size, 1.0))} of the force at work in "
-            f"{axis} comes and goes within seconds, as in waves and gusts."
-        )
-        return text, tuple(rests)
+    passing = comes_and_goes(g.passing)
+    if passing:
+        return f"Nothing material is missing that this log can show: {passing}", tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
 
 

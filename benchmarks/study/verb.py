@@ -127,6 +127,7 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "sensors_possible": sorted({s.what for s in findings.sensors if s.verdict == "possible"}),
         "sensors_clear": sorted({s.what for s in findings.sensors if s.verdict == "no evidence"}),
         "rests": [(rest.axis, rest.share) for rest in findings.rests],
+        "passing": [(axis, share) for axis, share in findings.passing.items()],
         "forms": [(form.axis, form.follows, form.share) for form in findings.other_forms],
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
         # Of the names that stand in no model: how many there are, and which nearly earn their price.

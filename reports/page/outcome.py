@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
-from ...discovery.findings import Findings, OtherForm, Step
+from ...discovery.findings import Findings, OtherForm, Step, comes_and_goes
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
@@ -149,10 +149,14 @@ def headline(findings: Findings, comparison: Comparison) -> str:
     if settled(findings, comparison):
         return _SETTLED
     led = hero(findings.steps, comparison.best.horizon)
+    passing = comes_and_goes(findings.passing)
+    if findings.calibrated and not findings.added and gets_worse(findings.steps, comparison.best.horizon):
+        return findings.headline or f"{_SETTLED} {passing}".strip()  # the numbers that fit this log hold nowhere else
     by = f"changes the {led.in_words}{_by(led.before, led.after)}"
     if findings.added:
         return f"No name is sure, and yet model.yaml {by}."
-    return f"No new effect is needed: numbers of the vehicle file are off, and putting them right {by}."
+    told = f"No new effect is needed: numbers of the vehicle file are off, and putting them right {by}."
+    return f"{told} {passing}".strip()
 
 
 def section_title(findings: Findings, comparison: Comparison) -> str:

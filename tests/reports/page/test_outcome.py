@@ -308,6 +308,12 @@ def test_nothing_is_missing_is_not_said_of_an_axis_that_was_not_judged_nor_of_a_
         assert len(answer(found, compared)) == 3
         assert section_title(found, compared) == "What may be missing"
         assert not any(text.startswith("Nothing") for text in opening(found, compared))
+    windy = fitted.but(passing={"surge": 0.58, "sway": 0.3})
+    ends = "58 % of the force at work in surge comes and goes within seconds, as in waves and gusts."
+    assert headline(windy, compared).replace(NARROW, " ").endswith(f" by 20 %. {ends}")
+    harmed = open_story(2.0, 2.4, **plain, calibrated=[own])
+    assert headline(harmed, compared) == "Nothing material is missing.", "numbers that err more put nothing right"
+    assert "makes the position error of 10 s predictions worse on unseen motion" in opening(harmed, compared)[0]
     assert "the file's own numbers, calibrated (X_u)" in answer(fitted, compared)[1].text
 
 
