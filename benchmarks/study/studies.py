@@ -146,7 +146,9 @@ def errors_alike(was: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
 
 
 def alike(was: Any, now: Any) -> bool:
-    """Whether two records hold the same facts, whatever is judged of them."""
+    """Whether two records hold the same facts, whatever is judged of them; what was not kept yet is as none of it."""
+    if was in (None, []) and now in (None, []):
+        return True
     if isinstance(was, dict) and isinstance(now, dict):
         keys = {*was, *now} - {*_JUDGED, "verdict", "tellable", "bound"}
         if was.get("fresh") and now.get("fresh"):
