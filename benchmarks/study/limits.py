@@ -126,9 +126,12 @@ def _mute(records: Records, *, tellable: bool = False) -> Figure:
     return share(lambda r: r["verdict"] not in ("missing", "likely"), some)
 
 
-def _told_of_the_cause(records: Records) -> Figure:
-    some = [r for r in _of(records, "nameless") if r["nameless"]]
-    return share(lambda r: named(r, "missing", "likely") or force_told(r), some)
+def _told_of_the_cause(least: float) -> Callable[[Records], Figure]:
+    """Of causes without a name that make so much of the error of their log."""
+    return lambda records: share(
+        lambda r: named(r, "missing", "likely") or force_told(r),
+        [r for r in _of(records, "nameless") if r["nameless"] and r["matters"] >= least],
+    )
 
 
 def _sound_refused(records: Records) -> Figure:
@@ -286,7 +289,8 @@ FOREIGN = (
 NAMELESS = (
     Row("a false name is missing", _false("missing", "nameless"), high=0.005),
     Row("a false name is likely", _false("likely", "nameless"), high=0.04),
-    Row("told of the cause in part, or as a force of the right axis and variable", _told_of_the_cause, 0.92),
+    Row("told of the cause in part, or as a force of the right axis and variable", _told_of_the_cause(0.0), 0.92),
+    Row("the same, of causes that make a material part of the error of their log", _told_of_the_cause(MATERIAL)),
     Row(_WRITTEN, _fresh("nameless"), high=0.0),
 )
 SENSORS = (

@@ -325,7 +325,7 @@ def _in_play(findings: Findings) -> str:
     if findings.unnamed:
         names.append("a force without a name")
     if names:
-        return f"{listing(names)}. model.yaml has {'it' if len(names) == 1 else 'them'}."
+        return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."
     perhaps = [with_odds(c) for c in in_order(findings.candidates) if c.verdict == "possible" and not c.cannot_tell]
     if perhaps:
         return f"perhaps {listing(perhaps[:_IN_PLAY])}; model.yaml has none of it."
