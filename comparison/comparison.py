@@ -218,7 +218,7 @@ def comparison(
     timed : True to tell wall times; equal inputs do not give equal files then
     notes : sentences on how the models came to be
     fitted : names of models that were fitted to rows that are judged, beside the calibrated one; they are marked, and
-        none but the nominal one is recommended, save on the test part, see `docs/decisions.md`
+        none but the nominal one is recommended, save a run on the test part, see `docs/decisions.md`
     band : of the second model of `ends`; see `band_of`, which is asked where it is None
     """
     parts = inputs.parts
@@ -226,7 +226,8 @@ def comparison(
         fitted = {*fitted, CALIBRATED}
     # Where all rows judge, no part says what is known.
     inside = None if parts.judge in WHOLE else in_box(inputs.vehicle, parts.known, parts.judged.motions)
-    counts = [found for found in judged[1:] if parts.judge == "test" or found.name not in fitted]
+    held_out = {found.name for found in judged[1:] if parts.judge == "test" and found.model.kind != "physics"}
+    counts = [found for found in judged[1:] if found.name in held_out or found.name not in fitted]
     recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)])
     if inputs.broken:
         text = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"

@@ -141,9 +141,9 @@ class Fitted:
         """True when it was fitted to rows of its logs that judge."""
         return self.whole or judge in _FITTED
 
-    def surely_saw(self, judge: str) -> bool:
-        """True when it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
-        return bool(self.overlap.same) and self.saw(judge)
+    def saw_judged(self, judge: str) -> bool:
+        """True when it was fitted to rows that judge: a judged log has the content of one of its own, or its name."""
+        return bool(self.overlap.same or self.overlap.alike) and self.saw(judge)
 
 
 def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list[Fitted]:
@@ -262,7 +262,7 @@ def _sentence(names: Sequence[str], logs: Sequence[str], of: str, judge: str) ->
     whose = f"{'logs' if len(logs) > 1 else 'a log'}{of} ({which})" if of else which
     done = f"{who} {'may have been' if of else _were(names)} fitted to"
     if judge:
-        uncounted = "" if of or judge == "test" else ", and do not count"
+        uncounted = "" if judge == "test" else ", and do not count"
         return f"{done} rows that are judged here, of {whose}: errors there are too small{uncounted}"
     return f"{done} the earlier parts of {whose}, but not to the test part, which judges"
 

@@ -150,7 +150,7 @@ def _compared(
         progress(Stage("finding where the models fail"))
     rows = inputs.parts.judge
     told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
-    fitted = {one.model.name for one in sources if one.surely_saw(rows)}
+    fitted = {one.model.name for one in sources if one.saw_judged(rows)}
     # A network of a run was trained on most of its rows.
     fitted |= {model.name for model in middle if model.kind == "hybrid"}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)

@@ -108,9 +108,11 @@ def test_of_other_models_nobody_can_know(place: Path):
 
 def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place: Path):
     found = compare(
-        read_inputs(place / "mon.csv", HULL, judge="all"), [place / "mon" / "model.yaml", place / "hand.yaml"]
+        read_inputs(place / "mon.csv", HULL, judge="all"),
+        [place / "mon" / "model.yaml", place / "hand.yaml", place / "fitted.yaml"],
     )
-    assert [model.name for model in found.models][-2:] == ["mon", "hand"]
+    assert {m.name: m.fitted_here for m in found.models[-3:]} == {"mon": True, "hand": False, "fitted": True}
+    assert found.best.model not in ("mon", "fitted"), "who saw the judged rows is not trusted by them"
     assert any(note.startswith("mon was fitted to rows that are judged here") for note in found.notes)
     assert any(note.startswith("whether hand was fitted") for note in found.notes)
     assert any(note.startswith("calibrated was fitted to rows") for note in found.notes)
@@ -118,6 +120,14 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
     Console(file=printed, width=200).print(notes_list(found))
     assert "- mon was fitted to rows" in printed.getvalue()
     assert "- Whether hand was fitted" in printed.getvalue()
+
+
+def test_on_the_test_part_a_vehicle_file_that_was_fitted_to_all_of_a_log_is_not_trusted(place: Path):
+    whole = with_sources(HULL, load_vehicle(place / "all" / "model.yaml"), "identified by undertow from all of mon.csv")
+    whole.save(place / "whole.yaml")
+    found = compare(read_inputs(place / "mon.csv", HULL, judge="test"), [place / "whole.yaml"])
+    assert found.models[-1].fitted_here
+    assert found.best.model != "whole"
 
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
