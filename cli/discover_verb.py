@@ -158,6 +158,7 @@ def tell_discovery(
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
     """Say how long it took, and what lies where; the corrected model is there though another one is to be trusted."""
     from ..comparison.facts import CALIBRATED
+    from ..reports.page.outcome import gets_worse
     from ..reports.sureness import in_order, marked
     from ..reports.wording import effect_words
 
@@ -167,7 +168,8 @@ def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
         doubted = [f"{effect_words(item)}: {marked(item)}" for item in unsure]
         beside = f" (not sure of {'; '.join(doubted)})" if doubted else ""
         what = "Corrected vehicle" if run.findings.added else "Vehicle with its own numbers fitted, and nothing added"
-        say(f"{what}: {out / 'model.yaml'}{beside}")
+        worse = gets_worse(run.findings.steps, run.comparison.best.horizon)
+        say(f"{what}: {out / 'model.yaml'}{beside}{', which errs more on unseen rows than the file' * worse}")
     if run.comparison.best.model == CALIBRATED:
         say("The calibrated model, which is to be trusted, is what 'undertow fit' writes with the same logs and --out.")
     if report:

@@ -152,10 +152,10 @@ def headline(findings: Findings, comparison: Comparison) -> str:
     passing = comes_and_goes(findings.passing)
     if findings.calibrated and not findings.added and gets_worse(findings.steps, comparison.best.horizon):
         return findings.headline or f"{_SETTLED} {passing}".strip()  # the numbers that fit this log hold nowhere else
-    by = f"changes the {led.in_words}{_by(led.before, led.after)}"
+    done = _done_to(led)
     if findings.added:
-        return f"No name is sure, and yet model.yaml {by}."
-    told = f"No new effect is needed: numbers of the vehicle file are off, and putting them right {by}."
+        return f"No name is sure, and yet model.yaml {done}."
+    told = f"No new effect is needed: numbers of the vehicle file are off, and putting them right {done}."
     return f"{told} {passing}".strip()
 
 
@@ -218,7 +218,7 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
         # Of predictions which all run away the error is unknown, and is larger than that of a guess.
         worse = [a for a in AXES if isfinite(least[a]) and not mine.of(a) <= least[a] * (1.0 + _LEVEL)]
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
-    name = own.name[:1].upper() + own.name[1:]
+    name = f"The {own.name} model" if own.name in (NOMINAL, CALIBRATED, CORRECTED) else own.name
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
 
 
@@ -302,7 +302,9 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
         doubt = _chance(findings, comparison, best.model)
-        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}."
+        other = models.get(CORRECTED, float("nan"))
+        by_speeds = f"; its speeds decide, for model.yaml reaches {number(other, 2)} {unit}" * (other < own)
+        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}{by_speeds}."
     after = models.get(CORRECTED, float("nan"))
     beside = ""
     if len(steps) > 1 and isfinite(after):
@@ -390,11 +392,13 @@ def _apart(one: float, other: float) -> float:
     return abs(one - other) / max(abs(one), abs(other), 1e-300)
 
 
-def _by(before: float, after: float) -> str:
-    """How much an error changes, as the end of a sentence; empty where it is the other errors that do."""
-    if not (isfinite(after) and before > 0.0) or abs(1.0 - after / before) < _LEVEL:
-        return ""
-    return f" by {percent(abs(1.0 - after / before))}"
+def _done_to(led: Hero) -> str:
+    """What was done to the error that the story leads with, as the end of a sentence; it may be others that change."""
+    if led.after < led.before * (1.0 - _LEVEL):
+        return f"removes {share_removed(1.0 - led.after / led.before)} of the {led.in_words}"
+    if led.before * (1.0 + _LEVEL) < led.after < float("inf"):
+        return f"adds {percent(led.after / led.before - 1.0)} to the {led.in_words}"
+    return f"changes errors of {led.horizon} s predictions"
 
 
 def _changed(steps: Sequence[Step], comparison: Comparison) -> float:

@@ -133,7 +133,7 @@ def test_what_errs_more_than_the_calibrated_model_is_not_written_and_the_names_s
     assert in_model(run.findings) == []
     assert [step.added for step in run.findings.steps] == [None, CALIBRATED]
     assert [(c.symbol, c.before, c.after) for c in run.findings.calibrated] == [("X_uu", FILE, TRUE)]
-    assert "its own numbers fitted predicts as well or better" in run.findings.reasons[-1]
+    assert "better than the file's model with its own numbers fitted" in run.findings.reasons[-1]
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").value("X_uu") == TRUE
     assert recomputed(folder, folded) == pytest.approx(reported(run), rel=1e-6)
@@ -175,7 +175,7 @@ def test_where_the_file_predicts_best_the_file_is_written(
     assert in_model(run.findings) == []
     assert [step.added for step in run.findings.steps] == [None]
     assert run.findings.calibrated == ()
-    assert "the nominal model predicts as well or better" in run.findings.reasons[-1]
+    assert "predicts speeds better than the nominal model" in run.findings.reasons[-1]
     assert run.findings.data.unexplained["surge"].force > 5.0 * found.force_error[0]
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").values == HULL.values
