@@ -7,7 +7,7 @@ import numpy as np
 
 from ..physics.effects import BY_NAME, EFFECTS
 from ..physics.motion import AXES, Array, Motion
-from ..physics.presentation import listing, words
+from ..physics.presentation import listing, sentence_case, words
 from ..physics.vehicle import Vehicle
 from .balance.shooting import TRIFLE
 from .balance.starts import WHOLE_HORIZON
@@ -118,7 +118,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
     other_forms, instead = g.tests.forms.selected, _best_substitute(g, in_play) if verdict == "undecided" else None
     if instead is not None:
         name, form = instead
-        reasons = (*reasons, f"{_sentence_case(form.in_words)} explains more than {name} does.")
+        reasons = (*reasons, f"{sentence_case(form.in_words)} explains more than {name} does.")
         other_forms = (*other_forms, form)
     reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
     return Findings(
@@ -149,10 +149,6 @@ def _best_substitute(g: VerdictInputs, in_play: Sequence[EffectFinding]) -> tupl
     ]
     best = max(better, key=lambda one: one[0] or 0.0, default=None)
     return None if best is None or (best[2].axis, best[2].follows) in told else best[1:]
-
-
-def _sentence_case(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}"
 
 
 def _in_play(effect: EffectFinding) -> bool:
@@ -306,11 +302,11 @@ def _headline(
 ) -> tuple[str, tuple[str, ...]]:
     """The verdict in a short sentence, and what else is to be known in others."""
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
-    rests = [f"{_sentence_case(rest.in_words)}." for rest in g.persistent]
+    rests = [f"{sentence_case(rest.in_words)}." for rest in g.persistent]
     for form in g.tests.forms.selected[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
-            rests.append(f"{_sentence_case(form.in_words)} stays unexplained, {share}.")
+            rests.append(f"{sentence_case(form.in_words)} stays unexplained, {share}.")
     terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
     for said, probably in ((missing, ""), (likely, "probably ")):
         if said:

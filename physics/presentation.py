@@ -88,6 +88,11 @@ def lasting(hours: float) -> str:
     return f"{60.0 * hours:.0f} min" if hours < 1.5 else f"{number(hours)} h"
 
 
+def sentence_case(text: str) -> str:
+    """A text with a capital where it begins, and every other letter as it is: names keep theirs."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
 def share_removed(share: Any) -> str:
     """The share of an error that is removed: never all of it, and more than all where other effects add to it.
 

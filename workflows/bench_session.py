@@ -13,7 +13,7 @@ from ..discovery.sequential_fit import basis_for
 from ..measurements.statistics.blocks import Verdict, paired_ratio
 from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError
-from ..physics.presentation import listing, number, percent, unit_text, words
+from ..physics.presentation import listing, number, percent, sentence_case, unit_text, words
 from ..reports.page.chapters.play import knobs_of
 from ..reports.page.figures.effect_figures import MissingForce, best_signal, force_drawing, signal_rows
 from ..reports.sureness import file_numbers, in_order, odds
@@ -185,7 +185,7 @@ def sensor_cards(findings: Findings) -> tuple[Card, ...]:
 def _sensor(found: SensorError, findings: Findings) -> Card:
     of_commands = found.what in (found.error, COMMAND_OFFSET.symbol)  # of no other record is a delay the twin
     alike = [effect_words(c) for c in findings.candidates if of_commands and found.error in c.indistinguishable_from]
-    title = words(found.error).capitalize()
+    title = sentence_case(words(found.error))
     numbers = tuple(_number(term.symbol, term.value, term.unit, term.ci95) for term in found.terms)
     return Card(found.correction, title, "", found.sentence, found.verdict, numbers, twins=tuple(alike))
 
@@ -197,7 +197,7 @@ def _effect(found: EffectFinding, findings: Findings, bench: BenchSession, *, dr
     shown = bench if drawn and effect is not None and found.verdict != "no evidence" else None
     return Card(
         found.key,
-        effect_words(found).capitalize(),
+        sentence_case(effect_words(found)),
         found.equation,
         " ".join([unit_text(found.sentence), *risen(findings.steps, f"{HORIZON:g}", found)]),
         found.verdict,

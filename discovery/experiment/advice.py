@@ -155,8 +155,9 @@ def reasons(settled: Sequence[Separation], trial: int) -> str:
 
 def _shares(p: Separation, trial: int) -> str:
     axis = _telling_axis(p, trial)
-    there, here = _percent(p.share[trial, axis]), _percent(p.before[axis])
-    return f"{there} of the {AXES[axis]} force (in this log: {here})"
+    more = p.share[trial, axis] > p.before[axis]
+    here = f" (in this log: {_percent(p.before[axis])})" if more else ", where less is like it"
+    return f"{_percent(p.share[trial, axis])} of the {AXES[axis]} force{here}"
 
 
 def _larger(p: Separation, trial: int) -> bool:

@@ -9,7 +9,7 @@ from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, Comparison, Ground
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, OtherForm, Step, comes_and_goes
 from ...physics.motion import AXES
-from ...physics.presentation import listing, number, percent, share_removed, words
+from ...physics.presentation import listing, number, percent, sentence_case, share_removed, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS, RolloutRecord
 from ..run_contents import difference
@@ -108,14 +108,14 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
     what, where = f"the {led.in_words}", "on unseen motion"
     if after != after:
-        return f"{done.capitalize()} makes predictions over {led.horizon} s run away {where}."
+        return f"{sentence_case(done)} makes predictions over {led.horizon} s run away {where}."
     ends = f"{number(before, 2)} to {number(after, 2)} {led.unit}"
     doubt = _chance(findings, comparison)
     if gets_worse(steps, comparison.best.horizon):
-        return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
+        return f"{sentence_case(done)} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
-        return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {led.unit}."
-    return f"{done.capitalize()} removes {share_removed(1.0 - after / before)} of {what} {where}{doubt}."
+        return f"{sentence_case(done)} leaves {what} as it was {where}, {number(before, 2)} {led.unit}."
+    return f"{sentence_case(done)} removes {share_removed(1.0 - after / before)} of {what} {where}{doubt}."
 
 
 def also_worse(findings: Findings, comparison: Comparison) -> str:

@@ -6,7 +6,7 @@ from ....discovery.effect_findings import EffectFinding, FittedTerm
 from ....discovery.findings import Advice
 from ....discovery.identifiability.rehearsal import Identifiability
 from ....physics.motion import AXES
-from ....physics.presentation import listing, percent, share_removed, unit_text, words
+from ....physics.presentation import listing, percent, sentence_case, share_removed, unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ... import sureness
@@ -161,7 +161,7 @@ def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html
     begins = _BEGINS.get(item.verdict, sureness.verdict_word(item).capitalize())
     return element(
         "div",
-        element("h3", effect_words(item).capitalize()),
+        element("h3", sentence_case(effect_words(item))),
         element("p", element("span", f"{begins}: {known}" if known else begins, cls=f"tag {item.verdict}")),
         *(element("p", element("b", f"{one.told()}.")) for one in numbers if one.filed()),
         element("p", unit_text(item.sentence)),
@@ -273,7 +273,7 @@ def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
     texts = []
     for group in told.groups:
         chosen = [name for name in group if name.split("[")[0] in decided]
-        alike = f"{_names(group).capitalize()} move alike in this log"
+        alike = f"{sentence_case(_names(group))} move alike in this log"
         if chosen and len(chosen) < len(group):
             verb = "fits" if len(chosen) == 1 else "fit"
             texts.append(

@@ -11,7 +11,7 @@ from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
 from undertow.discovery.findings import Findings, Rise, Step
-from undertow.physics.presentation import NARROW
+from undertow.physics.presentation import NARROW, sentence_case
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust
@@ -286,6 +286,10 @@ def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches
     )
     worse = answer(open_story(2.0, 2.1), compared.but(models=judged("nominal", nominal=2.0, corrected=2.1).models))[0]
     assert worse.text.startswith("the nominal model, with a position error of 10 s predictions of 2.0 m")
+
+
+def test_names_keep_their_letters_where_a_sentence_begins():
+    assert sentence_case("adding Munk moment of Port_A") == "Adding Munk moment of Port_A"
 
 
 def test_nothing_is_missing_is_not_said_of_an_axis_that_was_not_judged_nor_of_a_model_that_changes_the_error():
