@@ -40,7 +40,7 @@ def gathered(studies: Sequence[str], purpose: str, folder: Path, stale: bool) ->
     for study in studies:
         file = stored(study, purpose, folder)
         if file.stale:
-            old.append(f"{len(file.older)} of {study}-{purpose}")
+            old.append(f"{study}-{purpose} ({len(file.older)})")
         records += [*file.records, *(file.older if stale else ())]
     return records, old
 

@@ -263,6 +263,7 @@ def _sentence(names: Sequence[str], logs: Sequence[str], of: str, judge: str) ->
     done = f"{who} {'may have been' if of else _were(names)} fitted to"
     if judge:
         uncounted = "" if judge == "test" else ", and do not count"
+        uncounted += "; if it is another log, give it another name" * bool(of)
         return f"{done} rows that are judged here, of {whose}: errors there are too small{uncounted}"
     return f"{done} the earlier parts of {whose}, but not to the test part, which judges"
 

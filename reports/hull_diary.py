@@ -7,7 +7,18 @@ from ..discovery.calibration.change_watch import Alarm
 from ..discovery.calibration.following import Update
 from ..measurements.statistics.blocks import CI
 from ..physics.file_records import DescribedEnum, Flag, Number, Record, Whole
-from ..physics.presentation import MINUS, NARROW, Card, counted, each, listing, number, percent, unit_text
+from ..physics.presentation import (
+    MINUS,
+    NARROW,
+    Card,
+    counted,
+    each,
+    listing,
+    number,
+    percent,
+    sentence_case,
+    unit_text,
+)
 from ..physics.reading import Plain
 
 
@@ -253,8 +264,8 @@ def differs_sentence(boat: BoatRecord) -> str:
 
 def boat_sentences(boat: BoatRecord) -> str:
     """All that the diary says of a boat, in a line."""
-    told = [f"{causes_words(c).capitalize()}. {change_sentence(c)}" for c in boat.changes] or [unchanged_sentence(boat)]
-    return " ".join(filter(None, [*told, odd_sentence(boat), differs_sentence(boat)]))
+    told = [f"{sentence_case(causes_words(c))}. {change_sentence(c)}" for c in boat.changes]
+    return " ".join(filter(None, [*(told or [unchanged_sentence(boat)]), odd_sentence(boat), differs_sentence(boat)]))
 
 
 def verdict(diary: DiaryFacts) -> str:

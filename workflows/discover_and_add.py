@@ -330,7 +330,7 @@ def _writing(found: Discovery, better: Judged) -> Discovery:
     assert isinstance(model, VehicleModel), "the nominal and the calibrated model are vehicles"
     nominal = model.vehicle == found.nominal
     what = "nominal model" if nominal else "file's model with its own numbers fitted"
-    why = f"On rows that no model saw, nothing that was tried predicts speeds better than the {what}."
+    why = f"On rows that no model saw, nothing lawful that was tried predicts speeds materially better than the {what}."
     return found.writing(model.vehicle, () if nominal else [vehicle for _, vehicle in model.without_folds], why)
 
 

@@ -175,7 +175,7 @@ def test_where_the_file_predicts_best_the_file_is_written(
     assert in_model(run.findings) == []
     assert [step.added for step in run.findings.steps] == [None]
     assert run.findings.calibrated == ()
-    assert "predicts speeds better than the nominal model" in run.findings.reasons[-1]
+    assert "predicts speeds materially better than the nominal model" in run.findings.reasons[-1]
     assert run.findings.data.unexplained["surge"].force > 5.0 * found.force_error[0]
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").values == HULL.values
