@@ -13,7 +13,6 @@ from typing import Annotated, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.fft import next_fast_len
 
 from ...physics.file_records import Flag, Record, Whole
 from ...physics.motion import Array
@@ -53,6 +52,8 @@ class NoiseCopies:
     def __init__(self, balance: Balance, vehicle: Vehicle, seed: int) -> None:
         self._balance, self._vehicle, self._seed, self._rows = balance, vehicle, seed, balance.bins
         places = max(balance.time.size // self._rows, 1)
+        from scipy.fft import next_fast_len  # loaded where a search needs it
+
         self._length = cast("int", next_fast_len(places, real=True))
 
     @property
