@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import expit
 
 from .effect_findings import LIKELY, MISSING, Claim, Reason, Verdict
 from .search.scoring import SLIGHT, TELL_APART
@@ -123,7 +122,7 @@ def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.fl
     """
     chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
     shift, low, high = calibration
-    return expit(shift + low * np.log(chance) - high * np.log1p(-chance))
+    return 1.0 / (1.0 + np.exp(high * np.log1p(-chance) - low * np.log(chance) - shift))
 
 
 @cache

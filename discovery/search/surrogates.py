@@ -50,10 +50,10 @@ class NoiseCopies:
     """
 
     def __init__(self, balance: Balance, vehicle: Vehicle, seed: int) -> None:
-        self._balance, self._vehicle, self._seed, self._rows = balance, vehicle, seed, balance.bins
-        places = max(balance.time.size // self._rows, 1)
         from scipy.fft import next_fast_len  # loaded where a search needs it
 
+        self._balance, self._vehicle, self._seed, self._rows = balance, vehicle, seed, balance.bins
+        places = max(balance.time.size // self._rows, 1)
         self._length = cast("int", next_fast_len(places, real=True))
 
     @property
