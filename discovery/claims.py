@@ -15,6 +15,7 @@ from ..measurements.statistics.blocks import CI
 from ..physics.plausibility import find_impossible
 from ..physics.presentation import words
 from ..physics.vehicle import Vehicle
+from .balance.shooting import TRIFLE
 from .candidates.candidate import Candidate, Kind, limit_reached
 from .effect_findings import Claim, Reason, Worth
 from .evidence.invariance import Invariance
@@ -136,6 +137,9 @@ _LEFT = (
     "the model leaves {:.0f} % of the force that the file's leaves, and {:.0f} % of the error of rollouts without it"
 )
 
+_COMPANIONS = "companions"
+_LEAST = 1e-3
+"""Share of an error that is not told from none; with 0.003 the log score of unseen causes differs by 0.0005."""
 _CLEAR = 3.0
 """E-folds of half-widths of its interval by which a name is so far from the file's value that it raises no doubt about
 others: from 2 to 4 the log score of unseen causes differs by 0.004 (`benchmarks/odds.py`), without them by 0.009."""
@@ -248,10 +252,23 @@ def gather_claims(
 
 
 def _beside(claim: Claim, others: Sequence[Claim]) -> Claim:
-    """A claim with the doubt that the other names of the search raise, at a limit or near the file's value."""
-    near = (1.0 if o.tests.get("at_limit") else o.tests["file_value"] for o in others)
-    total = round(float(sum(np.clip(_CLEAR + np.log(share), 0.0, _CLEAR) for share in near)), 6)
-    return claim.but(tests={**claim.tests, "companions": total}) if total else claim
+    """A claim with the doubt that the other names of the search raise, at a limit or near the file's value.
+
+    Other names that remove a trifle of what this one removes are no crowd: each counts by its share of that trifle.
+    """
+    total = 0.0
+    for other in others:
+        near = 1.0 if other.tests.get("at_limit") else other.tests["file_value"]
+        counts = min(_removes(other) / (TRIFLE * _removes(claim)), 1.0)
+        total += counts * float(np.clip(_CLEAR + np.log(near), 0.0, _CLEAR))
+    tests = {name: size for name, size in claim.tests.items() if name != _COMPANIONS}
+    return claim.but(tests=tests | ({_COMPANIONS: round(total, 6)} if total else {}))
+
+
+def _removes(claim: Claim) -> float:
+    """Share of the error that a name removes: of rollouts where they were asked, else of forces; `_LEAST` at least."""
+    worth = claim.worth
+    return max(worth.force if worth.rollout is None else worth.rollout, _LEAST)
 
 
 def widen_intervals(
