@@ -57,7 +57,7 @@ def test_quadratic_damping_is_named_where_it_was(run: str):
     # E_2 cannot tell the Munk moment from a coupling, and without either its yaw damping is anything: it is in play.
     yaw = next(c for c in found.findings.candidates if c.effect == "yaw_quadratic_damping")
     assert yaw.verdict != "no evidence"
-    assert run == "E_2" or yaw.verdict in ("missing", "likely")
+    assert run == "E_2" or yaw.confidence > 0.5, "it removes 3 % of the error, and is more likely there than not"
     assert terms(found)["X_uu"].value == pytest.approx(-8.0, rel=0.05)
 
 
