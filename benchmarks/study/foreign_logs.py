@@ -209,13 +209,17 @@ def _of_none(
     rng: np.random.Generator,
 ) -> Logged:
     """A hull with a force that has no name."""
-    state, other = rng.bit_generator.state, PROGRAMMES[PROGRAMMES.index(programme) - 1]
+    state, first = rng.bit_generator.state, PROGRAMMES.index(programme)
 
     def world(programme: str, seed: int) -> World:
         """Drives the same hull, its force drawn anew, for some have a state."""
         again = np.random.default_rng()
         again.bit_generator.state = state
         return Foreign(hull, programme, SECONDS, seed, force=causes(hull, again)[cause])
+
+    def fresh(path: Path, day: int = 1) -> Path:
+        """Another day's run, which drives something else."""
+        return world(PROGRAMMES[(first - day) % len(PROGRAMMES)], seed + day * _AFRESH).run(NOISE["field"]).write(path)
 
     log = world(programme, seed).run(noise)
     return Logged(
@@ -224,7 +228,7 @@ def _of_none(
         seed,
         hull,
         log.write,
-        fresh=lambda path: world(other, seed + _AFRESH).run(NOISE["field"]).write(path),
+        fresh=fresh,
         note=note,
         part=frozenset(partly_true(cause, log.motion())),
         nameless=True,

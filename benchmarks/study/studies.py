@@ -9,7 +9,7 @@ from typing import Any
 
 from joblib import Parallel, delayed
 
-from . import field_logs, foreign_logs, hidden_worlds, other_simulators, wrong_sensors
+from . import field_logs, foreign_logs, hidden_worlds, other_simulators, several_logs, wrong_sensors
 from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed, rounded, without_source
 from .scoring import Odds, exact, rescored
 from .verb import Logged, answer
@@ -55,6 +55,7 @@ STUDIES = {
     "nothing": Study(hidden_worlds.empty_keys, hidden_worlds.empty),
     "short": Study(hidden_worlds.short_keys, hidden_worlds.short),
     "seas": Study(_sea_keys, _sea),
+    "several": Study(several_logs.keys, several_logs.several),
     "foreign": Study(foreign_logs.keys, foreign_logs.foreign),
     "nameless": Study(foreign_logs.nameless_keys, foreign_logs.nameless),
     "sensors": Study(wrong_sensors.keys, wrong_sensors.logged),
