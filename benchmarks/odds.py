@@ -25,6 +25,9 @@ from study.studies import FOLDER, STUDIES, stored
 
 from undertow.discovery import claims
 
+UNFITTED = ("field", "several")
+"""Studies that the odds are not fitted to, and are held against: names of several logs would be told no better, and of
+single logs more false ones would be likely."""
 SAID = (0.95, 0.8)
 CLEAR = (1.0, 2.0, 2.5, 3.0, 3.5, 4.0)
 """E-folds of which `claims._CLEAR` is one."""
@@ -115,13 +118,14 @@ def _said(names: Names, odds: np.ndarray, ruled: np.ndarray) -> list[np.ndarray]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fit the odds, print how good they are, and write them where that is asked; exit code 2 without records enough."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--studies", choices=STUDIES, action="append", help="may be repeated; default: all but field")
+    default = f"may be repeated; default: all but {' and '.join(UNFITTED)}"
+    parser.add_argument("--studies", choices=STUDIES, action="append", help=default)
     parser.add_argument("--write", action="store_true", help="put the model into discovery/odds.json")
     parser.add_argument("--stale", action="store_true", help="take what other sources made, too")
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where records are kept")
     parser.add_argument("--into", type=Path, default=ODDS, help="the file of the odds")
     given = parser.parse_args(arguments)
-    studies = given.studies or [name for name in STUDIES if name != "field"]
+    studies = given.studies or [name for name in STUDIES if name not in UNFITTED]
     records, old = gathered(studies, "tuning", given.folder, given.stale)
     if old:
         print(f"STALE{'' if given.stale else ', left out'}: {', '.join(old)}", file=sys.stderr)

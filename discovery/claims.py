@@ -207,7 +207,7 @@ class Tests:
             "look_alikes": float(len(e.indistinguishable_from)),
         }
         if self.several:
-            sizes = {name: size for name, size in sizes.items() if name not in _OF_ONE_LOG} | {"several": 1.0}
+            sizes = {name: size for name, size in sizes.items() if name not in _OF_ONE_LOG}
         rounded = {name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items()}
         return {name: size for name, size in rounded.items() if size}
 

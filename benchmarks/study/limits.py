@@ -249,14 +249,27 @@ NOTHING = (
     Row("a name is missing", _false("missing", "nothing"), high=1.0 / 3000.0),
     Row("a name is likely", _false("likely", "nothing"), high=0.005),
 )
+_SAID = ("missing", "likely")
 _ALONE = ("waves", "drifting sensors")
 SEAS = (
-    Row("one effect: exactly it is missing or likely", _exact(*_ALONE, words=("missing", "likely"), study="seas")),
+    Row("one effect: exactly it is missing or likely", _exact(*_ALONE, words=_SAID, study="seas")),
     Row("one effect: first-ranked right", _first(*_ALONE, study="seas")),
     Row("a false name is missing", _false("missing", "seas"), high=0.01),
     Row("a false name is likely", _false("likely", "seas"), high=0.03),
     Row("95 % intervals hold the truth", _covered("seas"), 0.92, 0.98),
     Row(_WRITTEN, _fresh("seas"), high=0.0),
+)
+SEVERAL = (
+    Row(
+        "one effect: exactly it is missing or likely",
+        _exact("one effect", words=_SAID, study="several"),
+    ),
+    Row("three effects: the same", _exact("three effects", words=_SAID, study="several")),
+    Row("one effect: first-ranked right", _first("one effect", study="several")),
+    Row("a false name is missing", _false("missing", "several"), high=0.01),
+    Row("a false name is likely", _false("likely", "several"), high=0.03),
+    Row("95 % intervals hold the truth", _covered("several"), 0.92, 0.98),
+    Row(_WRITTEN, _fresh("several"), high=0.0),
 )
 SHORT = (
     Row("a false name is missing", _false("missing", "short"), high=0.01),

@@ -105,6 +105,9 @@ def named(record: Record, *verdicts: str) -> bool:
 
 # Logs
 
+_PLAIN = ("plain", "nothing", "short", "seas", "several")
+"""Studies whose causes the catalogue describes, where they have a name."""
+
 
 def kind_of_world(record: Record) -> str:
     """Where a log is from: plain, foreign, nameless, sensors or field."""
@@ -114,7 +117,7 @@ def kind_of_world(record: Record) -> str:
         return "nameless"
     if record["sensors_true"] or record["study"] == "sensors":
         return "sensors"
-    return "plain" if record["study"] in ("plain", "nothing", "short", "seas") or record["kind"] == PAIR else "foreign"
+    return "plain" if record["study"] in _PLAIN or record["kind"] == PAIR else "foreign"
 
 
 def refused_rightly(record: Record) -> bool:

@@ -19,8 +19,9 @@ from .worlds import ALL, NOISES, Case, Part, draw
 
 FIRST = {"tuning": (830_000, 60), "reporting": (880_000, 60)}
 """First seed, and logs of a kind."""
-HIDDEN = {"one effect": 1, "three effects": 3, "nothing": 0}
+HIDDEN = {"one effect": 1, "three effects": 3, "nothing": 0, "a guessed file": 6}
 NAMELESS = "no name"
+KINDS = ("one effect", "three effects", "nothing", NAMELESS, "a guessed file")
 LOGS, SECONDS = (3, 6), 90.0
 """Logs of a boat, and how long each lasts [s]."""
 _CURRENT = 0.1
@@ -31,7 +32,7 @@ _STANDS_FOR_A_CURRENT = frozenset({"steady_current", "turning_current", "mean_wi
 def keys(purpose: str) -> list[tuple[str, int]]:
     """Kinds and seeds, in turn."""
     first, boats = FIRST[purpose]
-    return [(kind, first + 1000 * k + n) for n in range(boats) for k, kind in enumerate((*HIDDEN, NAMELESS))]
+    return [(kind, first + 1000 * k + n) for n in range(boats) for k, kind in enumerate(KINDS)]
 
 
 def several(kind: str, seed: int) -> Logged:

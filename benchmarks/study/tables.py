@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SEAS, SENSORS, SHORT, Records, Row
+from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SEAS, SENSORS, SEVERAL, SHORT, Records, Row
 from .records import Record, bound, in_a_table
 from .scoring import OUTCOMES, accused, exact, false_names, outcome
 
@@ -63,6 +63,14 @@ PAGES = {
         "that of a filter which merges a receiver, a compass and a gyro. Most are judged by rollouts.",
         ("seas",),
         SEAS,
+    ),
+    "several_logs": Page(
+        "Several logs at once",
+        "Three to six logs of 90 s of one boat, as a day on the water leaves them, with one effect, three, six (a file "
+        "of guesses), none, or a force that has no name: other programmes, other noise, and of every other boat "
+        "another current of up to 0.1 m/s. The noise of the receiver lasts for seconds, so that mostly rollouts judge.",
+        ("several",),
+        SEVERAL,
     ),
     "foreign_worlds": Page(
         "Foreign worlds",

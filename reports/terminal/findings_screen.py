@@ -120,7 +120,7 @@ def candidates_table(
     short : say in one line what the columns are
     """
     rest = len(candidates) - most
-    more = f"; and {rest} more in findings.json" if rest > 0 else ""
+    more = f"\n{rest} effects more are in findings.json." if rest > 0 else ""
     caption = sureness.SURE_IN_SHORT if short else _caption(candidates)
     return _effects("Effects, surest first", sureness.in_order(candidates)[:most], nominal, f"{caption}{more}")
 

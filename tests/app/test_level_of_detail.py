@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from places import slowness
 
@@ -28,6 +28,7 @@ def noise(seed: int, gaps: int = 0) -> Array:
 WINDOWS = st.tuples(st.floats(-20.0, MOST + 20.0), st.floats(1.0, MOST), st.integers(3, 300), st.integers(0, 5))
 
 
+@settings(deadline=None)
 @given(WINDOWS)
 def test_the_extremes_of_every_series_survive(drawn: tuple[float, float, int, int]):
     begin, span, width, gaps = drawn

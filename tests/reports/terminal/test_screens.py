@@ -182,7 +182,7 @@ def test_candidates_give_value_interval_and_twins():
     assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
     told = " ".join(printed(candidates_table(FINDINGS.candidates, BOAT, most=1), 120).split())
-    assert f"sure: {SURE}; {BACK}: {COMES_BACK}; and 2 more in findings.json" in told
+    assert f"sure: {SURE}; {BACK}: {COMES_BACK} 2 effects more are in findings.json." in told
     narrow = printed(candidates_table(FINDINGS.candidates, BOAT), 70).splitlines()
     value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
     assert "(0.790 to 0.820)" in narrow[value + 1]
