@@ -29,8 +29,12 @@ UNFITTED = ("field", "several")
 """Studies that the odds are not fitted to, and are held against: names of several logs would be told no better, and of
 single logs more false ones would be likely."""
 SAID = (0.95, 0.8)
-CLEAR = (1.0, 2.0, 2.5, 3.0, 3.5, 4.0)
-"""E-folds of which `claims._CLEAR` is one."""
+TRIED = {
+    "_CLEAR": (1.0, 2.0, 2.5, 3.0, 3.5, 4.0),
+    "TRIFLE": (1e-6, 0.01, 0.03, 0.1, 0.3),
+    "_LEAST": (3e-4, 1e-3, 3e-3, 0.01),
+}
+"""Values of numbers of `claims` by which companions doubt; where a trifle is nothing each companion counts whole."""
 _BEFORE = {"present": 0.9, "possible": 0.3, "no evidence": 0.02}
 """How often sensors err of which these words are told, where no record says it."""
 _LEAST_NAMES = 200
@@ -72,10 +76,10 @@ def rate(records: Kept, name: str, before: float) -> float:
     return (sum(told) + 10.0 * before) / (len(told) + 10.0)
 
 
-def with_clear(records: Kept, clear: float) -> Kept:
-    """The records with the doubt by companions as it would be, were a name clear by another number of e-folds."""
+def with_number(records: Kept, name: str, value: float) -> Kept:
+    """The records with the doubt by companions as it would be, were a number of `TRIED` another."""
     found = []
-    with patch.object(claims, "_CLEAR", clear):
+    with patch.object(claims, name, value):
         for record in records:
             known = [claim_of(one) for one in record.get("claims", ())]
             told = [claims._beside(one, [other for other in known if other is not one]) for one in known]
@@ -146,11 +150,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         f"\nprice of weights {common:g}, of differences from them {apart:g}; log score on the fit's names {own:.4f}\n"
     )
     print(report(names, found.odds))
-    scores = [("without", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
-    for clear in CLEAR:
-        told = names_of(with_clear(records, clear))
-        scores.append((f"{clear:g}", f"{log_score(fitted(told).odds, told.true):.4f}"))
-    print(f"\n{in_a_table(('e-folds by which a companion is clear', 'log score'), scores)}")
+    scores = [("without companions", "", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
+    for name, values in TRIED.items():
+        for value in values:
+            told = names_of(with_number(records, name, value))
+            scores.append((name, f"{value:g}", f"{log_score(fitted(told).odds, told.true):.4f}"))
+    print(f"\n{in_a_table(('how companions doubt', 'value', 'log score'), scores)}")
     if given.write:
         given.into.write_text(json.dumps(content) + "\n", encoding="utf-8")
         print(f"wrote {given.into}")

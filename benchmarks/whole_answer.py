@@ -75,7 +75,7 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
         with tempfile.TemporaryDirectory() as folder:
             inputs = read_inputs(logged.write(Path(folder) / "log.csv"), logged.vehicle, progress=None)
             run = discover(inputs, progress=None)
-            fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle, progress=None)
+            fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv", 1), logged.vehicle, progress=None)
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
         along = vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
         worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it

@@ -139,7 +139,8 @@ _LEFT = (
 
 _COMPANIONS = "companions"
 _LEAST = 1e-3
-"""Share of an error that is not told from none; with 0.003 the log score of unseen causes differs by 0.0005."""
+"""Share of an error that is not told from none: from 0.0003 to 0.003 the log score of unseen causes differs by 0.0005
+(`benchmarks/odds.py`)."""
 _CLEAR = 3.0
 """E-folds of half-widths of its interval by which a name is so far from the file's value that it raises no doubt about
 others: from 2 to 4 the log score of unseen causes differs by 0.004 (`benchmarks/odds.py`), without them by 0.009."""

@@ -1,6 +1,5 @@
 """Logs of worlds that break the assumptions of discovery: a simulator of our own, and causes without a name."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import replace
@@ -23,7 +22,7 @@ from .foreign_sensors import NOISES, Truth
 from .foreign_world import World as ForeignWorld
 from .oracle import why_untold
 from .scoring import PAIR
-from .verb import Logged
+from .verb import Drive, Logged
 from .worlds import WAVES, Values, dominant, label, merged, parted, with_each
 
 FIRST = {"tuning": 300_000, "reporting": 360_000}
@@ -100,13 +99,13 @@ def foreign(kind: str, seed: int) -> Logged:
     )
 
 
-def _another_day(world: ForeignWorld) -> Callable[[Path], Path] | None:
+def _another_day(world: ForeignWorld) -> Drive:
     """Writes a run of the same boat with other orders and another noise of its sensors."""
     other = {"rich": "zigzag", "zigzag": "rich", "gentle": "zigzag"}
 
-    def write(path: Path) -> Path:
+    def write(path: Path, day: int) -> Path:
         again = deepcopy(world)
-        again.seed, again.programme = world.seed + _AFRESH, other.get(world.programme, world.programme)
+        again.seed, again.programme = world.seed + day * _AFRESH, other.get(world.programme, world.programme)
         again.rng = np.random.default_rng([again.seed, 8])
         return again.log(again.drive(), path)
 
@@ -217,7 +216,7 @@ def _of_none(
         again.bit_generator.state = state
         return Foreign(hull, programme, SECONDS, seed, force=causes(hull, again)[cause])
 
-    def fresh(path: Path, day: int = 1) -> Path:
+    def fresh(path: Path, day: int) -> Path:
         """Another day's run, which drives something else."""
         return world(PROGRAMMES[(first - day) % len(PROGRAMMES)], seed + day * _AFRESH).run(NOISE["field"]).write(path)
 

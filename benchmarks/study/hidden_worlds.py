@@ -5,6 +5,7 @@ Every log is written to a file and read as a user's. Seeds say all: the same one
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -60,14 +61,18 @@ def logged(
 ) -> Logged:
     """A case as the verb is asked about it, with a fresh run of the same boat."""
     true, programme = case.log.vehicle, case.setting["programme"]
-    again = World(true, FRESH[programme], FRESH_SECONDS, seed + FRESH_SEED)
+
+    def fresh(path: Path, day: int) -> Path:
+        """What the same boat does on another day."""
+        return World(true, FRESH[programme], FRESH_SECONDS, seed + day * FRESH_SEED).run(NOISES["field"]).write(path)
+
     return Logged(
         study,
         kind,
         seed,
         case.nominal,
         (log or case.log).write,
-        fresh=lambda path: again.run(NOISES["field"]).write(path),
+        fresh=fresh,
         note=", ".join(str(case.setting[name]) for name in ("vehicle", "programme", "noise")),
         true=frozenset(case.hidden),
         known=merged(case.hidden),

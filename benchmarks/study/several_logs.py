@@ -14,7 +14,7 @@ from undertow.physics.worlds.world import SimulatedLog, World
 
 from .foreign_logs import CAUSES, nameless
 from .hidden_worlds import FRESH_SEED, LASTING, coloured, logged
-from .verb import Logged, Write
+from .verb import Drive, Logged, Write
 from .worlds import ALL, NOISES, Case, Part, draw
 
 FIRST = {"tuning": (830_000, 60), "reporting": (880_000, 60)}
@@ -41,9 +41,8 @@ def several(kind: str, seed: int) -> Logged:
     days = int(rng.integers(LOGS[0], LOGS[1] + 1))
     if kind == NAMELESS:
         own = nameless(CAUSES[number % len(CAUSES)], seed)
-        again = own.fresh
-        assert again is not None, "a force without a name is driven again"
-        write = _in_a_folder([own.write, *(lambda path, day=day: again(path, day) for day in range(2, days + 1))])
+        assert own.fresh is not None, "a force without a name is driven again"
+        write = _in_a_folder([own.write, *(_on(own.fresh, day) for day in range(2, days + 1))])
         return replace(own, study="several", kind=kind, note=f"{own.kind}, {own.note}, {days} logs", write=write)
     case = draw(Part("", HIDDEN[kind], 0, ALL, ("field", "rough", "low")), 7 * number, seed)
     other_days = bool(rng.integers(2))
@@ -51,6 +50,11 @@ def several(kind: str, seed: int) -> Logged:
     own = logged("several", kind, seed, case)
     stands = _STANDS_FOR_A_CURRENT if other_days else frozenset[str]()
     return replace(own, note=f"{own.note}, {days} logs", write=write, part=stands - own.true)
+
+
+def _on(drive: Drive, day: int) -> Write:
+    """Writes the log of a day."""
+    return lambda path: drive(path, day)
 
 
 def _of_day(case: Case, seed: int, current: bool) -> Write:

@@ -33,6 +33,8 @@ HORIZON = 10.0
 Record = dict[str, Any]
 Write = Callable[[Path], Path]
 """Writes a log to a path and gives the path."""
+Drive = Callable[[Path, int], Path]
+"""Writes the log of another day, of which the first is 1, to a path and gives the path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,7 @@ class Logged:
     study, kind, seed, note : where it comes from
     vehicle : the file that the verb is given
     write : writes the log
-    fresh : writes another run of the same boat, which neither fit nor selection sees; None where there is none
+    fresh : writes another run of the same boat; neither fit nor selection sees that of day 1; None where there is none
     true : keys of the effects that are hidden (`thruster_asymmetry[port]` for one of a thruster)
     part : names of effects that are a fair part of the cause, or an exact equivalent of it
     sensors : errors of sensors or of the record that are the cause
@@ -62,7 +64,7 @@ class Logged:
     seed: int
     vehicle: Vehicle
     write: Write
-    fresh: Write | None = None
+    fresh: Drive | None = None
     note: str = ""
     true: frozenset[str] = frozenset()
     part: frozenset[str] = frozenset()
@@ -102,7 +104,7 @@ def answer(logged: Logged) -> Record:
         record["seconds"] = round(time.perf_counter() - begun, 2)
         if logged.fresh is not None:
             with suppress(ArithmeticError, ValueError):  # another run may run away, or be refused
-                record["fresh"] = errors_on(run, logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle)
+                record["fresh"] = errors_on(run, logged.fresh(Path(folder) / "fresh.csv", 1), logged.vehicle)
     return bounded(record | facts(run.findings, logged), logged)
 
 

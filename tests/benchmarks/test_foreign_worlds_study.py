@@ -119,7 +119,7 @@ def test_another_day_has_other_orders_and_the_same_boat(study: ModuleType, tmp_p
     first, again, other = (
         logged.write(tmp_path / "a.csv"),
         logged.write(tmp_path / "b.csv"),
-        logged.fresh(tmp_path / "c.csv"),
+        logged.fresh(tmp_path / "c.csv", 1),
     )
     assert first.read_bytes() == again.read_bytes() != other.read_bytes()
 

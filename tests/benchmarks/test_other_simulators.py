@@ -281,7 +281,7 @@ def test_the_same_seed_gives_the_same_log_and_another_run(package: ModuleType, t
     assert len(first.true) == 1
     assert first.dominant in {*first.true, ""}
     assert not first.nameless
-    fresh = [log.fresh(tmp_path / f"fresh{k}.csv").read_text() for k, log in enumerate((first, second))]
+    fresh = [log.fresh(tmp_path / f"fresh{k}.csv", 1).read_text() for k, log in enumerate((first, second))]
     assert fresh[0] == fresh[1]
     assert fresh[0] != texts[0]
     other = package.logged(kind, 400_004)

@@ -153,7 +153,7 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
 
     return Logged(
         *(STUDY, name, seed, world.craft.file, log),
-        lambda path: _again(other, path),
+        lambda path, day: _again(other, path, day),
         note=note,
         true=frozenset(true),
         part=frozenset(part - true),
@@ -166,15 +166,15 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
     )
 
 
-def _again(world: World, path: Path) -> Path:
-    """Write another run of a boat, the first that does not run away.
+def _again(world: World, path: Path, day: int) -> Path:
+    """Write the run of another day of a boat, the first that does not run away.
 
     Raises
     ------
     RuntimeError
         where all do.
     """
-    for run in range(1, _DRAWS):
+    for run in range((day - 1) * _DRAWS + 1, day * _DRAWS):
         try:
             return world.written(world.driven(run), path, run)
         except ArithmeticError:
