@@ -9,11 +9,12 @@ from .motion import AXES
 from .thrusters import Thruster, side_named
 
 _WORDS = {
-    "damping": "damping {symbol} = {value:+g} {unit} would drive the boat; a hydrodynamic derivative carries its sign, "
+    "damping": "damping {symbol} = {value:+g}{unit} would drive the boat; a hydrodynamic derivative carries its sign, "
     "and that of damping is negative: write {turned:g}",
-    "added_mass": "added mass {symbol} = {value:+g} {unit} would make the hull lighter in water; a hydrodynamic "
+    "added_mass": "added mass {symbol} = {value:+g}{unit} would make the hull lighter in water; a hydrodynamic "
     "derivative carries its sign (X_udot = -2.6 adds 2.6 kg): write {turned:g}",
 }
+_BEYOND = "damping {symbol} = {value:g}{unit} is more than any hull has: at most {upper:g} was expected"
 _NEGATIVE = "drag coefficient {symbol} = {value:+g} would drive the boat; it is positive: write {turned:g}"
 _COEFFICIENTS = tuple(p.symbol for p in PARAMETERS.values() if p.section == "damping" and p.unit == "1")
 """Drag coefficients, which carry no sign."""
@@ -49,8 +50,9 @@ def _signs(values: Mapping[str, float]) -> dict[str, str]:
     for symbol, value in values.items():
         limits = PARAMETERS.get(symbol)
         if limits is not None and limits.section in _WORDS and value > limits.upper:
-            words = _WORDS[limits.section]
-            result[symbol] = words.format(symbol=symbol, value=value, unit=limits.unit, turned=-value)
+            unit = "" if limits.unit == "1" else f" {limits.unit}"
+            words = _BEYOND if limits.upper > 0.0 else _WORDS[limits.section]
+            result[symbol] = words.format(symbol=symbol, value=value, unit=unit, turned=-value, upper=limits.upper)
         elif symbol in _COEFFICIENTS and value < 0.0:
             result[symbol] = _NEGATIVE.format(symbol=symbol, value=value, turned=-value)
     return result

@@ -129,7 +129,7 @@ def rounded(content: Any) -> Any:
 
 @cache
 def fingerprint(packages: tuple[str, ...] = FACTS) -> str:
-    """A hash of the sources that decide the results: all modules and vehicle files in some folders, and single ones.
+    """A hash of the sources that decide the results: modules, effects and vehicle files in folders, and single ones.
 
     Comments, docstrings and empty lines decide nothing, and what judges the facts makes none of them.
     """
@@ -137,7 +137,7 @@ def fingerprint(packages: tuple[str, ...] = FACTS) -> str:
     roots = [ROOT / package for package in packages]
     for path in sorted(path for root in roots for path in (root, *root.rglob("*"))):
         judges = path.relative_to(ROOT).as_posix().startswith(JUDGEMENT)
-        if not judges and path.suffix in (".py", ".yaml") and path.is_file():
+        if not judges and path.suffix in (".py", ".yaml", ".toml") and path.is_file():
             digest.update(bare(path.read_text("utf-8")) if path.suffix == ".py" else path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -21,7 +21,7 @@ from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
 from ..search.rival_explanations import is_equivalent
-from ..search.scoring import SLIGHT, TELL_APART
+from ..search.scoring import SLIGHT, TELL_APART, apply_fit, reset
 from ..search.surrogates import Chance, SurrogateTest
 
 SURE = 0.9
@@ -233,7 +233,9 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     best: dict[str, float] = {}
     for option, instead in zip(shapes, quick, strict=True):
         best[option.key] = min(best.get(option.key, np.inf), instead + model.beside[option])
-    worse = {key: score - state.score for key, score in best.items()}
+    close = [option for option in shapes if best[option.key] < near or option.key in alike]
+    others = [key for key in others if key not in _only_beyond_limits(model, {**rest, **gone}, close)]
+    worse = {key: best[key] - state.score for key in others}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
         if rivals and best[key] < state.score + enough:
@@ -290,6 +292,24 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         residual_ratio=left if search.balance.forces else 0.0,
         unexplained=unexplained,
     )
+
+
+def _only_beyond_limits(model: _Model, without: Mapping[str, Option], shapes: Sequence[Option]) -> set[str]:
+    """Keys of the rivals that explain as much at a physical limit alone, in all of their shapes: no hull is so.
+
+    Parameters
+    ----------
+    without : the options of the model without the effect that they rival
+    shapes : of the rivals
+    """
+    search, known = model.search, {candidate.key: candidate for candidate in model.search.pool}
+    stands: dict[str, bool] = {}
+    for option in shapes:
+        chosen = {**without, option.key: option}
+        fit = search.fit(model.scores, list(chosen.values()))
+        there = apply_fit(reset(model.state.vehicle, search.nominal, model.now, chosen), list(chosen.values()), fit)
+        stands[option.key] = stands.get(option.key, False) or not at_limit(known[option.key], search.nominal, there)
+    return {key for key, within in stands.items() if not within}
 
 
 def _gains(

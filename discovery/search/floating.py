@@ -14,10 +14,10 @@ from ...physics.presentation import listing, words
 from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..candidates.candidate import Candidate
+from ..candidates.candidate import Candidate, at_limit
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
-from .scoring import ALIVE, TELL_APART, Scoring, SearchSettings, State, noise_by_block, present_keys
+from .scoring import ALIVE, MATERIAL, TELL_APART, Scoring, SearchSettings, State, noise_by_block, present_keys
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
@@ -50,7 +50,7 @@ class Search(Scoring):
                 break
             say(Stage(difference(state.active, split.active)))
             state = self._climb(split, say)
-        return self._prune(self._simplest(state, say), say)
+        return self._prune(self._within_limits(self._simplest(state, say), say), say)
 
     def best_of(self, starts: Sequence[State | None], say: Say) -> State:
         """The best model that searches from some others end at; what all but the first say is told after them."""
@@ -91,6 +91,24 @@ class Search(Scoring):
             return state
         say(Stage(f"{difference(state.active, result.active)} (simpler)"))
         return result
+
+    def _within_limits(self, state: State, say: Say) -> State:
+        """Replace effects that stand at a physical limit by others, where these leave no material part of the error.
+
+        No hull has such a number: of the names of all studies that stood at a limit, none was true.
+        """
+        named = self.named(state.active)
+        beyond = {c.key for c in self.pool if c.key in named and at_limit(c, self.nominal, state.vehicle)}
+        if not beyond:
+            return state
+        pool = tuple(c for c in self.pool if c.key not in beyond)
+        kept = tuple(key for key in state.active if key not in beyond)
+        result = Search(self.balance, self.nominal, pool, self.settings).run(self.restrict(state, kept))
+        lost = (result.fit.held_out - state.fit.held_out) / np.maximum(self.nominal_error, 1e-300)
+        if result.score > state.score + TELL_APART and lost.max() >= MATERIAL:
+            return state
+        say(Stage(f"{difference(state.active, result.active)} (within physical limits)"))
+        return self.evaluate(result.vehicle, result.active)
 
     def _prune(self, state: State, say: Say) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""

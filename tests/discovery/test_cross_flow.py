@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import undertow
+from undertow.discovery.basis import DiscoverySettings, choose_balance
+from undertow.discovery.discover import find_missing
+from undertow.discovery.search import floating
+from undertow.discovery.search.floating import Search
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import with_hull
@@ -44,6 +48,19 @@ def test_it_is_named_exactly_where_the_file_states_the_hull(folder: Path) -> Non
     assert again.value("cross_flow") == pytest.approx(C_D, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("hidden", "seed"), [({"yaw_quadratic_damping": -300.0}, 1), ({"yaw_linear_damping": -60.0}, 2)], ids=str
+)
+def test_what_no_hull_has_gives_way_to_what_acts(hidden: dict[str, float], seed: int) -> None:
+    """In gentle driving a drag coefficient of a dozen explains as much: the noise that it lets in hides the rest."""
+    boat = load_vehicle("otter")
+    log = simulate_world(boat, hidden, programme="gentle", duration=120.0, noise="field", seed=seed)
+    findings = find_missing([log.motion()], boat).findings
+    assert [c.key for c in findings.candidates if c.verdict in ("missing", "likely")] == list(hidden)
+    assert findings.candidates[0].terms[0].value == pytest.approx(next(iter(hidden.values())), rel=0.1)
+    assert "cross_flow_drag" not in {c.key for c in findings.candidates if c.in_model}
+
+
 def test_without_a_hull_other_names_stand_in_and_nothing_crashes(folder: Path) -> None:
     run = undertow.discover(undertow.read_inputs(folder / "log.csv", folder / "bare.yaml"))
     assert "cross_flow_drag" not in {c.effect for c in run.findings.candidates}
@@ -57,3 +74,15 @@ def test_it_is_added_by_name_where_the_file_states_the_hull(folder: Path) -> Non
     bare = undertow.read_inputs(folder / "log.csv", folder / "bare.yaml")
     with pytest.raises(RequestError, match=r"add: cross_flow_drag needs the size of the hull: give hull: \{leng"):
         undertow.add(["cross_flow_drag"], bare)
+
+
+def test_what_is_fitted_beside_every_model_stays_wherever_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The offset of the commands at its own limit is the log's, and no name to be replaced."""
+    boat = load_vehicle("otter")
+    log = simulate_world(boat, {"yaw_quadratic_damping": -300.0}, programme="gentle", duration=120.0, seed=1)
+    basis = choose_balance([log.motion()], boat, DiscoverySettings())
+    search = Search(basis.balance(), boat, basis.pool, basis.settings.search)
+    state = search.evaluate(boat.with_values({"cross_flow": 5.0}), ("cross_flow_drag",))
+    assert "command_offset" in state.active
+    monkeypatch.setattr(floating, "at_limit", lambda c, before, found: c.key in ("cross_flow_drag", "command_offset"))
+    assert search._within_limits(state, print).active == ("command_offset", "yaw_quadratic_damping")

@@ -115,6 +115,10 @@ def test_what_a_model_claims_is_its_own_balance(change: Mapping[str, float]):
 def test_drag_that_falls_for_ever_is_refused():
     with pytest.raises(VehicleError, match="fouling_rate must not be negative"):
         vehicle_from_dict(HULL.to_dict() | {"damping": {"X_u": -10.0, "fouling_rate": -0.1}}, "clean")
+    with pytest.raises(
+        VehicleError, match=r"fouling_rate = 0\.9 1/min is more than any hull has: at most 0\.5 was expected"
+    ):
+        vehicle_from_dict(HULL.to_dict() | {"damping": {"X_u": -10.0, "fouling_rate": 0.9}}, "fouled")
 
 
 def test_a_thruster_cannot_bear_the_name_of_a_scale_of_all():

@@ -179,6 +179,10 @@ def test_a_drifting_boat_slows_as_the_equation_says() -> None:
             "unknown key 'crossflow' in damping: did you mean 'cross_f",
         ),
         ({"damping": {"cross_flow": -0.9}, "hull": SIZE}, r"cross_flow = -0\.9 would drive the boat; .* write 0\.9"),
+        (
+            {"damping": {"cross_flow": 6.5}, "hull": SIZE},
+            r"cross_flow = 6\.5 is more than any hull has: at most 5 was exp",
+        ),
     ],
 )
 def test_what_a_file_may_not_say(changed: dict[str, object], message: str) -> None:
@@ -231,4 +235,4 @@ def test_the_catalogue_says_what_it_needs() -> None:
     effect = BY_NAME["cross_flow_drag"]
     assert (effect.requires, effect.added) == (("hull",), True)
     (parameter,) = effect.parameters
-    assert (parameter.null, parameter.lower, parameter.upper) == (0.0, 0.0, np.inf)
+    assert (parameter.null, parameter.lower, parameter.upper) == (0.0, 0.0, 5.0)
