@@ -18,18 +18,16 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from study.fitted_odds import JUDGES, Names, as_odds, fitted, fitted_to_several, hard_rule, names_of
+from study.fitted_odds import JUDGES, Names, as_odds, fitted, hard_rule, names_of
 from study.records import Kept, in_a_table, rounded
 from study.scoring import EDGES, ODDS, WORLDS, bare, claim_of, label, log_score, reliability
 from study.studies import FOLDER, STUDIES, stored
 
 from undertow.discovery import claims
-from undertow.discovery.judgement import Odds
 
-SEVERAL = "several"
-UNFITTED = ("field", SEVERAL)
-"""Studies that the odds of single logs are not fitted to, and are held against: names of several logs would be told no
-better, and of single logs more false ones would be likely. Of several logs more is known, which is fitted alone."""
+UNFITTED = ("field", "several")
+"""Studies that the odds are not fitted to, and are held against: names of several logs would be told no better, and of
+single logs more false ones would be likely."""
 SAID = (0.95, 0.8)
 TRIED = {
     "_CLEAR": (1.0, 2.0, 2.5, 3.0, 3.5, 4.0),
@@ -145,11 +143,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     made += f"cross-validated log score {log_score(found.odds, names.true):.4f}"
     models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights) in found.models.items()}
     content = rounded({**models, "calibration": list(found.calibration), **base_rates(records), "made": made})
-    together, _ = gathered([SEVERAL], "tuning", given.folder, stale=False)
-    of_several = names_of([record for record in together if record.get("claims")])
-    more = fitted_to_several(of_several, Odds.of_content(content)) if len(of_several.claims) else None
-    if more is not None:
-        content[SEVERAL] = rounded({"intercept": more.intercept, "weights": more.weights})
     print(json.dumps(content, indent=1))
     own = log_score(found.own, names.true)
     common, apart = found.price
@@ -163,13 +156,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             told = names_of(with_number(records, name, value))
             scores.append((name, f"{value:g}", f"{log_score(fitted(told).odds, told.true):.4f}"))
     print(f"\n{in_a_table(('how companions doubt', 'value', 'log score'), scores)}")
-    if more is not None:
-        told = (("as of one log", more.before), ("with what several logs add, boats left out", more.odds))
-        rows = [(word, f"{log_score(odds, of_several.true):.4f}") for word, odds in told]
-        print(f"\n{len(of_several.claims)} names of several logs\n\n{in_a_table(('odds', 'log score'), rows)}")
-        pairs = list(zip(more.odds.tolist(), of_several.true.tolist(), strict=True))
-        for low, high, count, said, true in reliability(pairs, EDGES):
-            print(f"told {low:g} to {high:g}: {count} names, told {said:.3f}, true {true:.3f}")
     if given.write:
         given.into.write_text(json.dumps(content) + "\n", encoding="utf-8")
         print(f"wrote {given.into}")

@@ -137,7 +137,7 @@ _LEFT = (
     "the model leaves {:.0f} % of the force that the file's leaves, and {:.0f} % of the error of rollouts without it"
 )
 
-_COMPANIONS, _UNSTABLE, _AGREEMENT = "companions", "unstable", "agreement"
+_COMPANIONS = "companions"
 _LEAST = 1e-3
 """Share of an error that is not told from none: from 0.0003 to 0.003 the log score of unseen causes differs by 0.0005
 (`benchmarks/odds.py`)."""
@@ -161,7 +161,6 @@ class Tests:
     forms : forces without a name beside it and in its place
     out_of_step : misalignment of the log's channels, certain or only possible, a doubt on names that it looks like
     accused : what share of it an error of the sensors may have made that is told and not corrected for, and which
-    unstable : share of the parts of the data without which a search anew does not select it; None where none was made
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
         and the force balance of coloured noise, clocks and headings of one log are no witness against that
@@ -173,7 +172,6 @@ class Tests:
     forms: UnmodelledForces = field(default_factory=UnmodelledForces)
     accused: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     out_of_step: Misalignment = field(default_factory=Misalignment)
-    unstable: Mapping[str, float] | None = None
     rolls: bool = False
     several: bool = False
 
@@ -211,9 +209,6 @@ class Tests:
         }
         if self.several:
             sizes = {name: size for name, size in sizes.items() if name not in _OF_ONE_LOG}
-            sizes["several"] = float(self.unstable is not None)
-        if self.unstable is not None:
-            sizes[_UNSTABLE] = self.unstable.get(e.key, 0.0)
         rounded = {name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items()}
         return {name: size for name, size in rounded.items() if size}
 
@@ -261,18 +256,14 @@ def _beside(claim: Claim, others: Sequence[Claim]) -> Claim:
     """A claim with the doubt that the other names of the search raise, at a limit or near the file's value.
 
     Other names that remove a trifle of what this one removes are no crowd: each counts by its share of that trifle.
-    Where parts of the data were left out, it has their agreement, too: names of the model that a search selects without
-    most parts, less those that it does not.
     """
     total = 0.0
     for other in others:
         near = 1.0 if other.tests.get("at_limit") else other.tests["file_value"]
         counts = min(_removes(other) / (TRIFLE * _removes(claim)), 1.0)
         total += counts * float(np.clip(_CLEAR + np.log(near), 0.0, _CLEAR))
-    agreement = sum(1.0 - 2.0 * other.tests.get(_UNSTABLE, 0.0) for other in others if other.stands)
-    told = {_COMPANIONS: round(total, 6), _AGREEMENT: round(agreement, 6) if claim.tests.get("several") else 0.0}
-    tests = {name: size for name, size in claim.tests.items() if name not in told}
-    return claim.but(tests=tests | {name: size for name, size in told.items() if size})
+    tests = {name: size for name, size in claim.tests.items() if name != _COMPANIONS}
+    return claim.but(tests=tests | ({_COMPANIONS: round(total, 6)} if total else {}))
 
 
 def _removes(claim: Claim) -> float:

@@ -221,12 +221,8 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     without_rest = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
     found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left)
     timing = partial(record_errors, search, model.state.vehicle, model.state.active, found)
+    tests = replace(tests, out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())))
     kept = (*model.kept, *model.subthreshold)
-    tests = replace(
-        tests,
-        out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())),
-        unstable=unseen.instability(kept),
-    )
     selected = search.named(looked.state.active)
     grounds = VerdictInputs(
         search=search,

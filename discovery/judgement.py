@@ -9,11 +9,10 @@ answer back.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from math import asinh, exp, log, sqrt
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +22,7 @@ from .search.scoring import SLIGHT, TELL_APART
 
 SHARE = "share"
 """What is left of the probability of a name that has look-alikes, see `share`: it multiplies the odds of the rest."""
-SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "unlike", "agreement")
+SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "unlike")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
     "identity": Reason.LOOK_ALIKES,
@@ -39,19 +38,9 @@ REASONS = {
     "accused": Reason.SENSORS,
     "unexplained": Reason.LASTING_REST,
     "remains": Reason.LASTING_REST,
-    "unstable": Reason.WEAK,
-    "agreement": Reason.WEAK,
 }
 """The doubt that each feature is."""
-_PLENTY = {
-    "gain": 5.0,
-    "identity": 0.88,
-    "worth": 0.0,
-    "rollout_worth": 0.0,
-    "clear": 2.0,
-    "unlike": 5.0,
-    "agreement": 3,
-}
+_PLENTY = {"gain": 5.0, "identity": 0.88, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 _LEAST_CHANCE = 1e-9
 """Nearest to none and to all that a probability is before its logarithm is taken: odds are told in whole per cent."""
@@ -64,13 +53,10 @@ class Logistic:
     intercept: float
     weights: Mapping[str, float]
 
-    def log_odds(self, feature: Mapping[str, float]) -> float:
-        """The logarithm of the odds of a name with these features."""
-        return self.intercept + sum(weight * feature[name] for name, weight in self.weights.items())
-
     def alone(self, feature: Mapping[str, float]) -> float:
         """The probability of a name with these features and of its look-alikes together."""
-        return 1.0 / (1.0 + exp(-max(min(self.log_odds(feature), 30.0), -30.0)))
+        total = self.intercept + sum(weight * feature[name] for name, weight in self.weights.items())
+        return 1.0 / (1.0 + exp(-max(min(total, 30.0), -30.0)))
 
     def probability(self, feature: Mapping[str, float]) -> float:
         """The probability that a name with these features is true, before it is calibrated."""
@@ -93,8 +79,6 @@ class Odds:
     """The odds of names that the force balance judges, and of those that rollouts do.
 
     `calibration` maps what the models say of causes that they have not seen to how often that is true (`calibrated`).
-    Where rollouts judge several logs, `several` is added to the log odds of that: a name that a search selects without
-    any of them is truer, and so is one beside such names.
     `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
     earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
     word for it.
@@ -106,17 +90,12 @@ class Odds:
     nearly: float
     sensors: Mapping[str, float]
     calibration: tuple[float, float, float] = (0.0, 1.0, 1.0)
-    several: Logistic = field(default_factory=lambda: Logistic(0.0, {}))
 
     @classmethod
     def read(cls, path: Path) -> "Odds":
         """The odds of a file, as `benchmarks/odds.py` writes it."""
-        return cls.of_content(json.loads(path.read_text(encoding="utf-8")))
-
-    @classmethod
-    def of_content(cls, content: Mapping[str, Any]) -> "Odds":
-        """The odds of what such a file holds."""
-        judges = {judge: Logistic(**content[judge]) for judge in ("forces", "rollouts", "several") if judge in content}
+        content = json.loads(path.read_text(encoding="utf-8"))
+        judges = {judge: Logistic(**content.pop(judge)) for judge in ("forces", "rollouts")}
         rates = {name: content[name] for name in ("unselected", "nearly", "sensors")}
         return cls(**judges, **rates, calibration=tuple(content["calibration"]))
 
@@ -127,10 +106,7 @@ class Odds:
     def probability(self, claim: Claim) -> float:
         """The probability that the name of a claim is true."""
         feature = features(claim)
-        chance = float(calibrated(self.of(claim).alone(feature), self.calibration))
-        if claim.tests.get("several"):
-            chance = float(shifted(chance, self.several.log_odds(feature)))
-        return feature[SHARE] * chance
+        return feature[SHARE] * float(calibrated(self.of(claim).alone(feature), self.calibration))
 
 
 def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.float64]:
@@ -147,12 +123,6 @@ def calibrated(chance: ArrayLike, calibration: Sequence[float]) -> NDArray[np.fl
     chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
     shift, low, high = calibration
     return 1.0 / (1.0 + np.exp(high * np.log1p(-chance) - low * np.log(chance) - shift))
-
-
-def shifted(chance: ArrayLike, more: ArrayLike) -> NDArray[np.float64]:
-    """Probabilities with so much added to the logarithm of their odds, of any shape."""
-    chance = np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)
-    return 1.0 / (1.0 + np.exp(np.log1p(-chance) - np.log(chance) - more))
 
 
 @cache
@@ -179,8 +149,6 @@ def features(claim: Claim) -> dict[str, float]:
         "companions": log(1.0 + size.get("companions", 0.0)),
         "remains": size.get("remains", 0.0),
         "accused": size.get("accused", 0.0),
-        "unstable": size.get("unstable", 0.0) if size.get("several") else 0.0,
-        "agreement": size.get("agreement", 0.0),
         "unexplained": log(1.0 + 10.0 * _unexplained(claim)),
         SHARE: share(claim),
     }
@@ -220,10 +188,4 @@ def verdict(claim: Claim, chance: float) -> Verdict:
 
 def largest_doubt(claim: Claim) -> Reason:
     """The doubt that lowers the odds of a name most."""
-    if not claim.null_excluded:
-        return Reason.FILE_VALUE
-    known = odds()
-    judge = known.of(claim)
-    if claim.tests.get("several"):
-        judge = Logistic(judge.intercept + known.several.intercept, {**judge.weights, **known.several.weights})
-    return judge.largest_doubt(features(claim))
+    return odds().of(claim).largest_doubt(features(claim)) if claim.null_excluded else Reason.FILE_VALUE

@@ -242,18 +242,12 @@ class FoldModels:
     found : the effects of the whole log that come out of the fold whatever its search begins with, or of which the rest
         of the log shows too little
     steps : for each step of the discovery after the nominal model, the vehicle of each fold
-    selected : all that the search without each fold ends with, whether the whole log names it or not
     """
 
     folds: tuple[Fold, ...]
     named: tuple[tuple[str, ...], ...]
     found: tuple[tuple[str, ...], ...]
     steps: tuple[tuple[Vehicle, ...], ...]
-    selected: tuple[tuple[str, ...], ...] = ()
-
-    def instability(self, names: Sequence[str]) -> dict[str, float]:
-        """Share of the folds without which a search anew does not select an effect (Meinshausen and Buehlmann 2010)."""
-        return {key: sum(key not in chosen for chosen in self.selected) / len(self.selected) for key in names}
 
     def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldRecord, ...]:
         """The folds and what their last models change of the nominal one, for logs by their sources."""
@@ -306,18 +300,19 @@ def fold_models(
     linear, whole = about
     blind = [WithoutFold(search, fold) for fold in folds]
 
-    def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle, tuple[str, ...]]:
+    def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle]:
         scores = one.seen(linear, whole)
         chosen, found = one.choose(linear, scores, final, untold)
         kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
         named = one.named([option.key for option in kept if option.present and option.key not in untold])
         sure = tuple(key for key in found if key not in unsure and key not in untold)
-        every = tuple(key for key, option in chosen.items() if option.present)
-        return named, sure, _fitted(scores, kept, search.nominal, envelope), every
+        return named, sure, _fitted(scores, kept, search.nominal, envelope)
 
-    named, sure, last, selected = zip(*parallel_map(anew, blind), strict=True)
+    selected = parallel_map(anew, blind)
+    named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
+    last = tuple(vehicle for _, _, vehicle in selected)
     between = _refitted(search, blind, steps[1:-1], envelope)
-    return FoldModels(tuple(folds), named, sure, (*between, last) if len(steps) > 1 else (), selected)
+    return FoldModels(tuple(folds), named, sure, (*between, last) if len(steps) > 1 else ())
 
 
 def models_of_given(

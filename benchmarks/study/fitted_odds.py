@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from undertow.discovery.evidence.weighing import CERTAINLY
-from undertow.discovery.judgement import SHARE, SUPPORT, Odds, calibrated, features, shifted
+from undertow.discovery.judgement import SHARE, SUPPORT, calibrated, features
 
 from .records import Record
 from .scoring import bare, claim_of, kind_of_world, log_score
@@ -33,11 +33,6 @@ FEATURES = (
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
-OF_SEVERAL = ("unstable", "agreement")
-"""What is added of names of several logs: whether a search without each part of them selects the name and those beside
-it."""
-_PRICE_OF_SEVERAL = 3e-3
-"""Price of their squared weights, in units of the features' deviations."""
 LIMITS = {
     "gain": CERTAINLY,
     "identity": 3.0,
@@ -286,52 +281,6 @@ def fitted(names: Names, without: str = "") -> Fitted:
     return Fitted(weights, price, odds, own, calibration)
 
 
-# Names of several logs
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class OfSeveral:
-    """What is added to the log odds of names of several logs.
-
-    Attributes
-    ----------
-    intercept, weights : of `OF_SEVERAL`
-    before : odds of each name as those of single logs
-    odds : with what is added by a model that has not seen its boat
-    """
-
-    intercept: float
-    weights: dict[str, float]
-    before: Array
-    odds: Array
-
-
-def fitted_to_several(names: Names, odds: Odds) -> OfSeveral:
-    """What is best added to the odds of single logs, of names of several; whole boats are left out in turn."""
-    alone = [float(calibrated(odds.of(c).alone(features(c)), odds.calibration)) for c in map(claim_of, names.claims)]
-    columns, share = names.column(OF_SEVERAL), names.share
-    boats = [f"{record['kind']} {record['seed']}" for record in names.records]
-    fold, blind = folds_of(boats), np.zeros(len(alone))
-    for left_out in np.unique(fold):
-        seen, unseen = fold != left_out, fold == left_out
-        more = _added(columns[seen], np.array(alone)[seen], names.true[seen], share[seen])
-        blind[unseen] = shifted(np.array(alone)[unseen], more[0] + columns[unseen] @ more[1:])
-    intercept, *weights = _added(columns, np.array(alone), names.true, share).tolist()
-    return OfSeveral(intercept, dict(zip(OF_SEVERAL, weights, strict=True)), share * alone, share * blind)
-
-
-def _added(columns: Array, alone: Array, true: NDArray[np.bool_], share: Array) -> Array:
-    """Intercept and weights (1 + features,) of least mean log loss beside odds that stand, signs bounded."""
-    price = np.append(0.0, _PRICE_OF_SEVERAL * _deviations(columns) ** 2)
-
-    def loss(weights: Array) -> float:
-        told = share * shifted(alone, weights[0] + columns @ weights[1:])
-        return -log_score(told, true) + 0.5 * float(price @ weights**2)
-
-    bounds = [(None, None), *((0.0, None) if name in SUPPORT else (None, 0.0) for name in OF_SEVERAL)]
-    return minimize(loss, np.zeros(len(price)), method="L-BFGS-B", bounds=bounds).x
-
-
 # Rules in the place of odds
 
 
@@ -346,8 +295,6 @@ def stops(name: str, claim: Record) -> bool:
         return size is not None and size < LIMITS[name]
     if name in ("clear", "file_value"):
         return not facts["null_excluded"]
-    if name == "agreement":
-        return (facts["tests"].get(name) or 0.0) < 0.0
     return (facts["tests"].get(name) or 0.0) > LIMITS.get(name, _HALF)
 
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, final
 
 import numpy as np
@@ -14,6 +15,7 @@ from rich.console import Console
 from verbs import done, refused, strict
 
 from undertow.comparison.comparison import _at_rest as at_rest
+from undertow.comparison.comparison import _with_noise as share_with_noise
 from undertow.comparison.comparison import (
     calibrated_model,
     comparison,
@@ -502,3 +504,16 @@ def test_where_noise_makes_much_of_the_errors_both_shares_are_told(inputs: Input
     assert not [note for note in quiet.notes if "noise of the sensors" in note]
     (told,) = [note for note in loud.notes if "noise of the sensors" in note]
     assert told.endswith(f"with it true errs {percent(quiet.best.saved)} less")
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_axis_on_which_nothing_moves_takes_no_part_in_a_share() -> None:
+    """As in a log of straight runs without noise: the share of the other axes is told, and no nan."""
+
+    def judged(name: str, *velocity: float) -> Any:
+        scores = {"10": SimpleNamespace(velocity=np.array(velocity))}
+        return SimpleNamespace(name=name, errors=SimpleNamespace(rollout_scores=scores, noise=np.zeros(3)))
+
+    best_of: Any = SimpleNamespace(saved=0.9, horizon="10", model="corrected")
+    (told,) = share_with_noise(best_of, [judged("nominal", 0.4, 0.0, 0.2), judged("corrected", 0.2, 0.0, 0.1)])
+    assert f"corrected errs {percent(0.5)} less" in told

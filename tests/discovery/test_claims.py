@@ -68,27 +68,6 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     assert set(tests.sizes(other, timed=True)) == {name} & everyones, "what is asked of a name is said of no other"
 
 
-def test_parts_that_were_left_out_say_how_firm_a_name_is_and_those_beside_it():
-    known = {DRAG: 0.0, TRIM: 0.25, LIFT: 1.0}
-    tests = Asked(several=True, unstable=known)
-    named = [replace(NAMED, key=key) for key in known]
-    ends = {
-        symbol: Interval(HULL.value(symbol) + 1.0, HULL.value(symbol) + 2.0)
-        for symbol in ("X_uu", "surge_trim", "Y_ur")
-    }
-    claims = gather_claims(named, POOL, HULL, ends, tests, (DRAG, TRIM, LIFT))
-    assert {key: claim.tests.get("unstable", 0.0) for key, claim in claims.items()} == known
-    assert {key: claim.tests.get("agreement", 0.0) for key, claim in claims.items()} == {
-        DRAG: -0.5,
-        TRIM: 0.0,
-        LIFT: 1.5,
-    }
-    alone = gather_claims(named, POOL, HULL, ends, replace(tests, several=False), (DRAG, TRIM, LIFT))
-    assert all("agreement" not in claim.tests and "several" not in claim.tests for claim in alone.values())
-    assert alone[LIFT].tests["unstable"] == 1.0
-    assert "several" not in Asked(several=True).sizes(NAMED, timed=False), "nobody left any out"
-
-
 def test_clocks_are_no_doubt_on_a_force_of_this_instant():
     """It is orthogonal to its derivative; inertia, a lag and memory are not."""
     late = Asked(out_of_step=Misalignment(0.02, 0.4))

@@ -1,7 +1,6 @@
 """From a claim to its odds: what speaks for a name raises them, a doubt lowers them, the file's own value rules."""
 
 from dataclasses import replace
-from math import log
 
 import numpy as np
 import pytest
@@ -123,9 +122,9 @@ def test_a_test_reaches_the_odds_under_its_own_doubt():
 
 def test_the_fitted_odds_know_their_features_and_no_weight_has_the_wrong_sign():
     fitted = odds()
-    for judge in (fitted.forces, fitted.rollouts, fitted.several):
+    for judge in (fitted.forces, fitted.rollouts):
         assert set(judge.weights) <= set(features(CLEAR)) - {SHARE} == set(REASONS)
-        assert judge.weights or judge is fitted.several
+        assert judge.weights
         for name, weight in judge.weights.items():
             assert weight >= 0.0 if name in SUPPORT else weight <= 0.0, name
     assert 0.0 < fitted.unselected < fitted.nearly < 0.5
@@ -137,17 +136,6 @@ def test_a_name_is_judged_by_the_model_of_its_judge():
     assert odds().of(rolled) is odds().rollouts
     said = odds().rollouts.probability(features(rolled))
     assert probability(rolled) == calibrated(said, odds().calibration) != probability(CLEAR)
-
-
-def test_names_of_several_logs_are_judged_by_what_each_left_out_says():
-    """Of one log nothing is added, whatever its parts say."""
-    known = replace(odds(), several=Logistic(-0.5, {"unstable": -2.0, "agreement": 0.7}))
-    sizes = {"unstable": 0.25, "agreement": 3.0}
-    one, more = (CLEAR.but(gain=5.0, tests={**CLEAR.tests, **sizes, **some}) for some in ({}, {"several": 1.0}))
-    before, now = known.probability(one.but(tests=CLEAR.tests)), known.probability(more)
-    assert log(now / (1.0 - now)) == pytest.approx(log(before / (1.0 - before)) - 0.5 - 2.0 * 0.25 + 0.7 * 3.0)
-    assert features(one)["unstable"] == 0.0 < features(more)["unstable"]
-    assert known.probability(more.but(tests={**more.tests, "unstable": 1.0})) < now
 
 
 def test_two_that_do_as_well_have_half_of_their_calibrated_probability_each():
