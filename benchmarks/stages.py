@@ -70,6 +70,10 @@ STAGES: Mapping[str, Sequence[tuple[str, str, Callable[[Any], Any]]]] = {
     "rivals beside the model": (("evidence.weighing", "_with_both", lambda was: lambda model, key: model.state),),
     "common scale": (("selection", "as_common_scale", gives_back(1)),),
     "search without what is at a limit": (("selection", "at_limit", gives(False)),),
+    "what no hull has": (
+        ("search.floating", "beyond_any_hull", gives(False)),
+        ("evidence.weighing", "beyond_any_hull", gives(False)),
+    ),
     "simpler than general": (("search.floating", "Search._simplest", gives_back(1)),),
     "pruning": (("search.floating", "Search._prune", gives_back(1)),),
     "inclusion of terms": (("discover", "inclusion", gives({})),),

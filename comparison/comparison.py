@@ -344,8 +344,8 @@ def _with_noise(best: Best, judged: Sequence[Judged]) -> list[str]:
         return []
     errors = {found.name: found.errors for found in judged}
     own, nominal = (errors[name].rollout_scores[best.horizon].velocity for name in (best.model, judged[0].name))
-    moves = nominal > 0.0  # an axis on which nothing ever moves has no error
-    share = 1.0 - float(np.exp(np.log(own[moves] / nominal[moves]).mean()))
+    own, nominal = (np.maximum(error, 1e-12) for error in (own, nominal))  # where nothing ever moves
+    share = 1.0 - float(np.exp(np.log(own / nominal).mean()))
     if abs(share - best.saved) < MATERIAL:
         return []
     noise = zip(np.sqrt(judged[0].errors.noise), AXES, strict=True)

@@ -97,7 +97,7 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
 def _limited(parameter: Parameter, vehicle: Vehicle) -> Parameter:
     """A parameter with limits that the vehicle sets."""
     lower = _LIGHTEST * vehicle.mass if parameter.symbol == "mass" else vehicle.parameter(parameter.symbol).lower
-    return replace(parameter, lower=lower)
+    return replace(parameter, lower=lower, upper=max(parameter.upper, vehicle.value(parameter.symbol)))
 
 
 _BY_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass", "memory_sway", "cross_flow")
@@ -150,6 +150,15 @@ def at_limit(candidate: Candidate, nominal: Vehicle, vehicle: Vehicle) -> bool:
     """True when any parameter of an effect has reached a limit, see `limit_reached`."""
     values = ((p, vehicle.value(p.symbol), nominal.value(p.symbol)) for p in candidate.parameters)
     return any(limit_reached(*one) is not None for one in values)
+
+
+def beyond_any_hull(candidate: Candidate, nominal: Vehicle, vehicle: Vehicle) -> bool:
+    """True when any parameter of an effect has reached a limit that no boat is at.
+
+    Zero is none: a thruster may give nothing, and a file may have a drag or a lag that is not there. Of masses it is.
+    """
+    values = ((p, limit_reached(p, vehicle.value(p.symbol), nominal.value(p.symbol))) for p in candidate.parameters)
+    return any(limit is not None and (limit != 0.0 or p.section in ("added_mass", "top")) for p, limit in values)
 
 
 RIGID_BODY = ("mass", "inertia_z", "x_g")

@@ -14,7 +14,7 @@ from ..balance.base import Balance
 from ..balance.shooting import rollout_squares
 from ..balance.starts import WHOLE_HORIZON
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Candidate, Kind, at_limit
+from ..candidates.candidate import Candidate, Kind, at_limit, beyond_any_hull
 from ..candidates.linearisation import Linearisation, Option
 from ..effect_findings import Reason
 from ..identifiability.rehearsal import Identifiability
@@ -234,7 +234,9 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     for option, instead in zip(shapes, quick, strict=True):
         best[option.key] = min(best.get(option.key, np.inf), instead + model.beside[option])
     close = [option for option in shapes if best[option.key] < near or option.key in alike]
-    others = [key for key in others if key not in _only_beyond_limits(model, {**rest, **gone}, close)]
+    beyond = _only_beyond_limits(model, candidate, {**rest, **gone}, close)
+    others = [key for key in others if key not in beyond]
+    ranked = {score: option for score, option in zip(quick, shapes, strict=True) if option.key not in beyond}
     worse = {key: best[key] - state.score for key in others}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
@@ -247,7 +249,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
             if start.score < own.score + enough or not _in_every_part(search, start, own, model.seed):
                 rivals.append(key)
     rivals.sort(key=others.index)
-    worse |= _pairs(model, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate)
+    worse |= _pairs(model, {**rest, **gone}, ranked, candidate)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special and _explained(search, there) - _explained(search, state) < SLIGHT * gain:
@@ -294,22 +296,27 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     )
 
 
-def _only_beyond_limits(model: _Model, without: Mapping[str, Option], shapes: Sequence[Option]) -> set[str]:
-    """Keys of the rivals that explain as much at a physical limit alone, in all of their shapes: no hull is so.
+def _only_beyond_limits(
+    model: _Model, candidate: Candidate, without: Mapping[str, Option], shapes: Sequence[Option]
+) -> set[str]:
+    """Keys of the rivals of a candidate that explain as much only as no hull is, foretold so and refined.
 
     Parameters
     ----------
-    without : the options of the model without the effect that they rival
+    without : the options of the model without the candidate
     shapes : of the rivals
     """
-    search, known = model.search, {candidate.key: candidate for candidate in model.search.pool}
+    search, state, known = model.search, model.state, {one.key: one for one in model.search.pool}
     stands: dict[str, bool] = {}
     for option in shapes:
         chosen = {**without, option.key: option}
         fit = search.fit(model.scores, list(chosen.values()))
-        there = apply_fit(reset(model.state.vehicle, search.nominal, model.now, chosen), list(chosen.values()), fit)
-        stands[option.key] = stands.get(option.key, False) or not at_limit(known[option.key], search.nominal, there)
-    return {key for key, within in stands.items() if not within}
+        there = apply_fit(reset(state.vehicle, search.nominal, model.now, chosen), list(chosen.values()), fit)
+        within = not beyond_any_hull(known[option.key], search.nominal, there)
+        stands[option.key] = stands.get(option.key, False) or within
+    foretold = [key for key, within in stands.items() if not within]
+    refined = {key: search.replace(state, candidate.key, key, model.linear, model.scores).vehicle for key in foretold}
+    return {key for key, there in refined.items() if beyond_any_hull(known[key], search.nominal, there)}
 
 
 def _gains(

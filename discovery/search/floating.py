@@ -14,10 +14,10 @@ from ...physics.presentation import listing, words
 from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..candidates.candidate import Candidate, at_limit
+from ..candidates.candidate import Candidate, beyond_any_hull
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
-from .scoring import ALIVE, MATERIAL, TELL_APART, Scoring, SearchSettings, State, noise_by_block, present_keys
+from .scoring import ALIVE, TELL_APART, Scoring, SearchSettings, State, apply_fit, noise_by_block, present_keys
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
@@ -93,22 +93,27 @@ class Search(Scoring):
         return result
 
     def _within_limits(self, state: State, say: Say) -> State:
-        """Replace effects that stand at a physical limit by others, where these leave no material part of the error.
+        """Replace effects that no hull has, at a physical limit, by others that do as well; see `beyond_any_hull`.
 
-        No hull has such a number: of the names of all studies that stood at a limit, none was true.
+        With them go the general effects that hold them as a special case.
         """
-        named = self.named(state.active)
-        beyond = {c.key for c in self.pool if c.key in named and at_limit(c, self.nominal, state.vehicle)}
+        beyond = self._beyond(state)
         if not beyond:
             return state
-        pool = tuple(c for c in self.pool if c.key not in beyond)
-        kept = tuple(key for key in state.active if key not in beyond)
-        result = Search(self.balance, self.nominal, pool, self.settings).run(self.restrict(state, kept))
-        lost = (result.fit.held_out - state.fit.held_out) / np.maximum(self.nominal_error, 1e-300)
-        if result.score > state.score + TELL_APART and lost.max() >= MATERIAL:
+        barred = beyond | {c.key for c in self.pool if {_name(key) for key in beyond} & set(c.effect.includes)}
+        pool = tuple(c for c in self.pool if c.key not in barred)
+        inside = Search(self.balance, self.nominal, pool, self.settings)
+        kept = self.restrict(state, tuple(key for key in state.active if key not in barred))
+        result = inside._simplest(inside._climb(inside.evaluate(kept.vehicle, kept.active), _silent), _silent)
+        if self._beyond(result) or not self.does_as_well((result.fit, result.score), (state.fit, state.score)):
             return state
         say(Stage(f"{difference(state.active, result.active)} (within physical limits)"))
-        return self.evaluate(result.vehicle, result.active)
+        return result
+
+    def _beyond(self, state: State) -> set[str]:
+        """Keys of the effects of a model that no hull has."""
+        named = self.named(state.active)
+        return {c.key for c in self.pool if c.key in named and beyond_any_hull(c, self.nominal, state.vehicle)}
 
     def _prune(self, state: State, say: Say) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
@@ -174,6 +179,11 @@ class Search(Scoring):
             if trial.score < worth:
                 return trial
         return None
+
+
+def _name(key: str) -> str:
+    """The name of the effect of a key."""
+    return key.split("[")[0]
 
 
 def _silent(text: str) -> None:
@@ -261,7 +271,7 @@ class WithoutFold(Scoring):
             shows too little for that
         """
         whole = {key: linear.options[key][0] for key in state.active}
-        options = _Options(self, linear, scores, state.active)
+        options = _Options(self, linear, scores, state)
         nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
         ends = [options.pruned(options.ended(start), self.named(state.active), untold) for start in (nothing, whole)]
         best = min(ends, key=lambda end: self.score_linearised(scores, end))
@@ -273,23 +283,47 @@ class WithoutFold(Scoring):
 class _Options:
     """The choices of options about a model, and how they are scored without a fold."""
 
-    def __init__(self, scoring: Scoring, linear: Linearisation, scores: GramScores, active: Sequence[str]) -> None:
-        self._scoring, self._scores, self._all = scoring, scores, linear.options
-        self.absent = {key: options[key in active] for key, options in linear.options.items()}
+    def __init__(self, scoring: Scoring, linear: Linearisation, scores: GramScores, state: State) -> None:
+        self._scoring, self._scores, self._all, self._vehicle = scoring, scores, linear.options, state.vehicle
+        self.absent = {key: options[key in state.active] for key, options in linear.options.items()}
 
     def named(self, now: Chosen) -> list[str]:
         """The effects of a choice."""
         return [key for key, option in now.items() if option.present and key not in self._scoring.nuisances]
 
     def ended(self, now: Chosen) -> Chosen:
-        """Where a floating search ends, with simpler effects in the place of general ones where these do as well."""
+        """Where a floating search ends, with simpler effects in the place of general ones where these do as well.
+
+        And with what a hull can have in the place of what none has; see `Search`.
+        """
         result = self._climbed(now)
         general = {key for key in self._all if self._scoring.is_general(key)}
-        kept = {key: self.absent[key] if key in general else option for key, option in result.items()}
-        if not general & set(self.named(result)):
+        if general & set(self.named(result)):
+            simpler = self._climbed(self._less(result, general), general)
+            result = min((simpler, result), key=lambda end: self._scoring.score_linearised(self._scores, end))
+        beyond = self._beyond(result)
+        if not beyond:
             return result
-        simpler = self._climbed(kept, general)
-        return min((simpler, result), key=lambda end: self._scoring.score_linearised(self._scores, end))
+        barred = beyond | {c.key for c in self._scoring.pool if {_name(key) for key in beyond} & set(c.effect.includes)}
+        within = self._climbed(self._less(result, barred), barred)
+        return within if not self._beyond(within) and self._does_as_well(within, result) else result
+
+    def _less(self, now: Chosen, gone: Collection[str]) -> Chosen:
+        """A choice without some effects."""
+        return {key: self.absent[key] if key in gone else option for key, option in now.items()}
+
+    def _beyond(self, now: Chosen) -> set[str]:
+        """Keys of the effects of a choice that no hull has."""
+        scoring, chosen = self._scoring, list(now.values())
+        there = apply_fit(self._vehicle, chosen, scoring.fit(self._scores, chosen))
+        named = self.named(now)
+        return {c.key for c in scoring.pool if c.key in named and beyond_any_hull(c, scoring.nominal, there)}
+
+    def _does_as_well(self, other: Chosen, best: Chosen) -> bool:
+        """Whether a choice cannot be told from a better one, or leaves immaterially more error."""
+        fits = [(self._scoring.fit(self._scores, list(end.values())), list(end.values())) for end in (other, best)]
+        one, two = ((fit, self._scoring.score(fit, chosen)) for fit, chosen in fits)
+        return self._scoring.does_as_well(one, two)
 
     def _climbed(self, now: Chosen, barred: Collection[str] = ()) -> Chosen:
         """Where a floating search ends that adds (but nothing barred), drops, reshapes and swaps effects."""

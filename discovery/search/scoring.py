@@ -366,6 +366,14 @@ class Scoring:
         parts = rollout_difference(self.balance.motions, without.vehicle, within.vehicle)
         return bool((parts >= self.settings.weight / (3.0 if most else 1.0))[~self.quiet].any())
 
+    def does_as_well(self, other: tuple[Fit, float], best: tuple[Fit, float]) -> bool:
+        """True when a model, by its fit and score, cannot be told from a better one, or leaves immaterially more error.
+
+        Of the nominal model's squared error, on every axis.
+        """
+        lost = (other[0].held_out - best[0].held_out) / np.maximum(self.nominal_error, 1e-300)
+        return bool(other[1] <= best[1] + TELL_APART or lost.max() < MATERIAL)
+
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
         return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale

@@ -7,6 +7,7 @@ import pytest
 
 import undertow
 from undertow.discovery.basis import DiscoverySettings, choose_balance
+from undertow.discovery.candidates.candidate import beyond_any_hull, candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.search import floating
 from undertow.discovery.search.floating import Search
@@ -59,6 +60,8 @@ def test_what_no_hull_has_gives_way_to_what_acts(hidden: dict[str, float], seed:
     assert [c.key for c in findings.candidates if c.verdict in ("missing", "likely")] == list(hidden)
     assert findings.candidates[0].terms[0].value == pytest.approx(next(iter(hidden.values())), rel=0.1)
     assert "cross_flow_drag" not in {c.key for c in findings.candidates if c.in_model}
+    assert findings.folds is not None
+    assert findings.folds.named == dict.fromkeys(hidden, findings.folds.count)
 
 
 def test_without_a_hull_other_names_stand_in_and_nothing_crashes(folder: Path) -> None:
@@ -84,5 +87,27 @@ def test_what_is_fitted_beside_every_model_stays_wherever_it_ends(monkeypatch: p
     search = Search(basis.balance(), boat, basis.pool, basis.settings.search)
     state = search.evaluate(boat.with_values({"cross_flow": 5.0}), ("cross_flow_drag",))
     assert "command_offset" in state.active
-    monkeypatch.setattr(floating, "at_limit", lambda c, before, found: c.key in ("cross_flow_drag", "command_offset"))
+    monkeypatch.setattr(
+        floating, "beyond_any_hull", lambda c, before, found: c.key in ("cross_flow_drag", "command_offset")
+    )
     assert search._within_limits(state, print).active == ("command_offset", "yaw_quadratic_damping")
+
+
+@pytest.mark.parametrize(
+    ("key", "file", "found", "beyond"),
+    [
+        ("cross_flow_drag", {}, {"cross_flow": 5.0}, True),
+        ("cross_flow_drag", {"cross_flow": 1.1}, {"cross_flow": 0.0}, False),
+        ("advance_loss", {"advance_loss": 15.0}, {"advance_loss": 0.0}, False),
+        ("thruster_asymmetry[port]", {}, {"port_scale": 0.0}, False),
+        ("sway_added_mass", {}, {"Y_vdot": 0.0}, True),
+        ("cg_offset", {}, {"x_g": 2.0}, True),
+    ],
+    ids=str,
+)
+def test_a_boat_may_have_nothing_of_a_thing_but_of_mass(
+    key: str, file: dict[str, float], found: dict[str, float], beyond: bool
+) -> None:
+    boat = load_vehicle("otter").with_values(file)
+    (candidate,) = (c for c in candidates(boat) if c.key == key)
+    assert beyond_any_hull(candidate, boat, boat.with_values(found)) is beyond

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from undertow.discovery.candidates.candidate import candidates
 from undertow.physics.effects import BY_NAME
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.forces import modelled_force
@@ -235,4 +236,7 @@ def test_the_catalogue_says_what_it_needs() -> None:
     effect = BY_NAME["cross_flow_drag"]
     assert (effect.requires, effect.added) == (("hull",), True)
     (parameter,) = effect.parameters
+    insisted = boat(6.5).model_copy(update={"insist": ("cross_flow",)})
+    (own,) = (c for c in candidates(insisted) if c.key == "cross_flow_drag")
+    assert own.parameters[0].upper == 6.5, "what a file insists on is its own limit"
     assert (parameter.null, parameter.lower, parameter.upper) == (0.0, 0.0, 5.0)
