@@ -236,7 +236,8 @@ def test_the_catalogue_says_what_it_needs() -> None:
     effect = BY_NAME["cross_flow_drag"]
     assert (effect.requires, effect.added) == (("hull",), True)
     (parameter,) = effect.parameters
-    insisted = boat(6.5).model_copy(update={"insist": ("cross_flow",)})
+    said = boat(0.0).to_dict() | {"damping": {"cross_flow": 6.5}, "insist": ["cross_flow"]}
+    insisted = vehicle_from_dict(said, "insisted")
     (own,) = (c for c in candidates(insisted) if c.key == "cross_flow_drag")
     assert own.parameters[0].upper == 6.5, "what a file insists on is its own limit"
     assert (parameter.null, parameter.lower, parameter.upper) == (0.0, 0.0, 5.0)
