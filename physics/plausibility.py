@@ -49,9 +49,8 @@ def _signs(values: Mapping[str, float]) -> dict[str, str]:
     result = {}
     for symbol, value in values.items():
         limits = PARAMETERS.get(symbol)
-        if (
-            limits is not None and limits.section in _WORDS and value > limits.upper * (1.0 + 1e-9)
-        ):  # a solver's number on a limit has rounding
+        # A solver's number on a limit has rounding.
+        if limits is not None and limits.section in _WORDS and value > limits.upper * (1.0 + 1e-9):
             unit = "" if limits.unit == "1" else f" {limits.unit}"
             words = _BEYOND if limits.upper > 0.0 else _WORDS[limits.section]
             result[symbol] = words.format(symbol=symbol, value=value, unit=unit, turned=-value, upper=limits.upper)

@@ -93,14 +93,11 @@ class Search(Scoring):
         return result
 
     def _within_limits(self, state: State, say: Say) -> State:
-        """Replace effects that no hull has, at a physical limit, by others that do as well; see `beyond_any_hull`.
-
-        With them go the general effects that hold them as a special case.
-        """
+        """Replace effects that no hull has, at a physical limit, by others that do as well; see `beyond_any_hull`."""
         beyond = self._beyond(state)
         if not beyond:
             return state
-        barred = beyond | {c.key for c in self.pool if {_name(key) for key in beyond} & set(c.effect.includes)}
+        barred = self.with_general(beyond)
         pool = tuple(c for c in self.pool if c.key not in barred)
         inside = Search(self.balance, self.nominal, pool, self.settings)
         kept = self.restrict(state, tuple(key for key in state.active if key not in barred))
@@ -179,11 +176,6 @@ class Search(Scoring):
             if trial.score < worth:
                 return trial
         return None
-
-
-def _name(key: str) -> str:
-    """The name of the effect of a key."""
-    return key.split("[")[0]
 
 
 def _silent(text: str) -> None:
@@ -304,7 +296,7 @@ class _Options:
         beyond = self._beyond(result)
         if not beyond:
             return result
-        barred = beyond | {c.key for c in self._scoring.pool if {_name(key) for key in beyond} & set(c.effect.includes)}
+        barred = self._scoring.with_general(beyond)
         within = self._climbed(self._less(result, barred), barred)
         return within if not self._beyond(within) and self._does_as_well(within, result) else result
 

@@ -366,10 +366,17 @@ class Scoring:
         parts = rollout_difference(self.balance.motions, without.vehicle, within.vehicle)
         return bool((parts >= self.settings.weight / (3.0 if most else 1.0))[~self.quiet].any())
 
-    def does_as_well(self, other: tuple[Fit, float], best: tuple[Fit, float]) -> bool:
-        """True when a model, by its fit and score, cannot be told from a better one, or leaves immaterially more error.
+    def with_general(self, keys: set[str]) -> set[str]:
+        """Keys of effects, and of the general effects that hold any of them as a special case."""
+        names = {c.effect.name for c in self.pool if c.key in keys}
+        return keys | {c.key for c in self.pool if names & set(c.effect.includes)}
 
-        Of the nominal model's squared error, on every axis.
+    def does_as_well(self, other: tuple[Fit, float], best: tuple[Fit, float]) -> bool:
+        """True when a model cannot be told from a better one, or leaves immaterially more error.
+
+        Parameters
+        ----------
+        other, best : fit and score of each; what is material is a share of the nominal model's squared error of an axis
         """
         lost = (other[0].held_out - best[0].held_out) / np.maximum(self.nominal_error, 1e-300)
         return bool(other[1] <= best[1] + TELL_APART or lost.max() < MATERIAL)
