@@ -4,10 +4,11 @@ Each log goes through `discover`; beside the corrected model the kinds of `train
 best is trained whatever it earned. Corrected model and network predict another run of the same boat, which neither fit
 nor choice saw: mean logarithm of 10 s errors of speeds and position, in those of the nominal model.
 
-    python benchmarks/whole_answer.py [--study NAME]... [--logs 24] [--jobs N]
+    python benchmarks/whole_answer.py [--study NAME]... [--logs 12] [--kind NAME]... [--jobs N]
 
 Tuning seeds. Prints a row a log, and for each rule networks that are kept, those of them that err more on the other run
-by 3 % of the nominal error, and the error of the answer over that of the corrected model, geometric mean.
+by 3 % of the nominal error, and the error of the answer over that of the corrected model, geometric mean. `--kind`
+tries other kinds of network than `--residual best` does.
 """
 
 import argparse
@@ -28,11 +29,12 @@ from undertow.physics.forces import at_beginning
 from undertow.physics.motion import Array
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import rollout_errors
-from undertow.residuals.training.best_kind import Candidate, best_of, candidates
+from undertow.residuals.training.best_kind import KINDS, Candidate, best_of, candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.probes import Probed
-from undertow.residuals.training.training_settings import TrainingSettings
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
 
@@ -66,8 +68,8 @@ RULES: dict[str, Callable[[Asked], bool]] = {
 """Ways to decide whether a network stands beside the corrected model."""
 
 
-def asked(study: str, key: tuple[str, int]) -> Asked | None:
-    """Ask one log; None where it has no other run, or is refused."""
+def asked(study: str, key: tuple[str, int], tried: Sequence[Choice]) -> Asked | None:
+    """Ask one log for the best of some kinds; None where it has no other run, or is refused."""
     logged = STUDIES[study].logged(*key)
     if logged.fresh is None:
         return None
@@ -79,7 +81,7 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
         along = vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
         worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it
-        kinds = candidates(split, along, TrainingSettings(device="cpu"))
+        kinds = candidates(split, along, TrainingSettings(device="cpu"), tried)
         best = best_of(kinds, learnable=worth) or kinds[0]
         model = train(split, along, replace(best.choice, probes=best.probes)).model
         model.vehicle = vehicle
@@ -111,6 +113,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--study", action="append", choices=STUDIES, help="may be repeated; default: four of them")
     parser.add_argument("--logs", type=int, default=12, help="of each study")
+    parser.add_argument("--kind", action="append", choices=NETWORKS, help="may be repeated; with and without heading")
     parser.add_argument("--jobs", type=int, default=processors())
     given = parser.parse_args()
     keys = [
@@ -118,8 +121,9 @@ def main() -> None:
         for study in given.study or ("plain", "nameless", "foreign", "others")
         for key in spread(list(STUDIES[study].keys("tuning")), given.logs)
     ]
+    kinds = [Choice(name, heading=heading) for name in given.kind or () for heading in (False, True)] or KINDS
     found: list[Asked] = []
-    for one in Parallel(n_jobs=given.jobs, return_as="generator")(delayed(asked)(*each) for each in keys):
+    for one in Parallel(n_jobs=given.jobs, return_as="generator")(delayed(asked)(*each, kinds) for each in keys):
         if one is not None:
             found.append(one)
             print(

@@ -77,6 +77,24 @@ def what_it_holds(model: "ComparedModel") -> list[str]:
     ]
 
 
+_SAME = 0.03
+"""Share of an error below which a change is no news: predictions begin anywhere, and chance moves it as much."""
+
+
+def on_judged_rows(vehicle: "ComparedModel", network: "ComparedModel") -> list[str]:
+    """How much less or more a network errs than the vehicle; nothing where no rollout fits, or the two err alike."""
+    horizon = next((h for h in ("10", "2") if h in vehicle.rollout and h in network.rollout), None)
+    if horizon is None:
+        return []
+    before, after = (model.rollout[horizon].position for model in (vehicle, network))
+    change = after / max(before, 1e-12) - 1.0
+    if not abs(change) > _SAME:  # nor a number that is none
+        return []
+    text = f"On the rows that judge, which it did not learn, its position errs {percent(abs(change))} "
+    text += f"{'more' if change > 0.0 else 'less'} over {horizon} s than that of the vehicle"
+    return [f"{text}: compare it on another log before you use it." if change > 0.0 else f"{text}."]
+
+
 def trust_in_words(trust: "Trust") -> str:
     """By how much of itself a correction counts, and where it ends, as parts of the log tell that it did not know."""
     gain = trust.gain(np.zeros(()))

@@ -27,6 +27,7 @@ from ..reports.model_words import (
     broken_laws,
     kinds_in_words,
     none_holds_elsewhere,
+    on_judged_rows,
     say_learnable,
     trust_in_words,
     what_it_holds,
@@ -112,6 +113,7 @@ class TrainRun:
             told.append(f"No epoch was better than {than}, so the network is as it began.")
         elif model.network.gain is not None:
             told.append(trust_in_words(model.network.gain.trust))
+        told += on_judged_rows(*self.models)
         told += [*self._beyond(), *what_it_holds(self.models[-1])]
         told += what_laws_took(found)
         return [*told, *broken_laws(self.models[-1])]

@@ -1,7 +1,7 @@
 """The whole answer of a discovery: the corrected model, and a network for what has no name where one can be learnt.
 
-The run keeps the network in its folder `network`, with the corrected vehicle; it is compared, checked and exported like
-any other.
+The run keeps the network in its folder `network`, with the corrected vehicle; it is compared and checked like any
+other, and exported where its kind can be.
 """
 
 import os

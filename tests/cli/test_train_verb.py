@@ -323,6 +323,22 @@ def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
     )
 
 
+def test_how_much_it_errs_on_rows_that_it_did_not_learn_is_told() -> None:
+    from undertow.comparison.facts import ComparedModel
+    from undertow.reports.model_words import on_judged_rows
+
+    def model(**metres: float) -> ComparedModel:
+        return ComparedModel(name="a model", rollout={key[1:]: {"position": size} for key, size in metres.items()})
+
+    alone = model(h2=0.1, h10=0.5, h30=2.0)
+    (less,), (more,) = (on_judged_rows(alone, model(h2=0.1, h10=size, h30=2.0)) for size in (0.4, 0.6))
+    assert "errs 20\N{NO-BREAK SPACE}% less over 10 s than that of the vehicle." in less
+    assert "errs 20\N{NO-BREAK SPACE}% more over 10 s than that of the vehicle: compare it on another log" in more
+    assert "over 2 s" in on_judged_rows(alone, model(h2=0.05))[0]
+    for alike in (model(h10=0.501), model(h10=0.5), model(h10=float("nan")), model(h30=0.1), model()):
+        assert on_judged_rows(alone, alike) == []
+
+
 def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
     pytest.importorskip("torch")
     inputs = read_inputs(place / "log.csv", "blueboat")
@@ -332,7 +348,9 @@ def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
         {"law": "mirror symmetry", "verdict": "fail", "counts": False},
         {"law": "dissipation", "verdict": "pass", "counts": True},
     ]
-    said = replace(run, models=(run.models[0], run.models[1].but(audit="fail", laws=laws))).sentences
+    ten = {"10": {"position": 2.0 * run.models[0].rollout["10"].position}}
+    said = replace(run, models=(run.models[0], run.models[1].but(audit="fail", laws=laws, rollout=ten))).sentences
+    assert any("its position errs 100" in text for text in said)
     assert said[-1].startswith("The audit fails: it breaks bounded speed; 'undertow check' on its folder")
     kept = replace(run, models=(run.models[0], run.models[1].but(audit="pass", laws=laws[2:]))).sentences
     assert not any("audit fails" in text for text in kept)

@@ -1,6 +1,7 @@
 """Parts of a log that probes do not know, in time and in the space of states, and what they say of them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.momentum_balance import mass_matrix
 from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.training.best_kind import Candidate, best_of, candidates
+from undertow.residuals.training.best_kind import KINDS, Candidate, best_of, candidates, name_of
 from undertow.residuals.training.epochs import probe_settings, train
 from undertow.residuals.training.probes import (
     Probed,
@@ -147,6 +148,13 @@ def test_where_no_more_than_noise_is_left_parts_have_to_be_sure(
     ratio: float, error: float, learnable: bool, holds: bool
 ) -> None:
     assert Candidate(Choice("gp"), ratio, error, Probed()).holds(learnable=learnable) is holds
+
+
+def test_the_page_names_the_kinds_that_are_tried() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "neural.md").read_text(encoding="utf-8")
+    told = page.partition("**The best kind.**")[2].partition("\n\n")[0].replace("\n", " ")
+    assert [name_of(kind) for kind in KINDS] == ["gp", "gp --heading", "ridge --option filters=4"]
+    assert "`gp`, with and without heading, and `ridge --option filters=4`" in told
 
 
 def test_a_kind_that_holds_is_taken_before_a_better_one_that_does_not() -> None:
