@@ -94,12 +94,12 @@ class TrainRun:
     @property
     def sentences(self) -> list[str]:
         """Sentences on what was trained, on what, and what to think of it."""
-        found, train = self.trained, self.inputs.parts.split.train
+        found = self.trained
         model, logs = found.model, len(self.inputs.paths)
         where = f"{'in the place of' if model.pure else 'beside'} the physics of '{model.vehicle.name}'"
         told = [
             f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
-            f"with {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)}; it took {model.seconds_to_fit:.0f} s.",
+            f"with {found.seconds:.0f} s of {logs} log{'s' * (logs > 1)}; it took {model.seconds_to_fit:.0f} s.",
             *(
                 []
                 if model.network.grown
@@ -151,7 +151,7 @@ class TrainRun:
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
             "data": {
                 "rows": sum(part.rows for part in (split.train, split.validation, split.test)),
-                "train_seconds": split.train.seconds,
+                "train_seconds": found.seconds,
                 "notes": list(self.inputs.notes),
             },
         }

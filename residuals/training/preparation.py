@@ -231,13 +231,22 @@ def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: T
     }
     if choice.start is not None:
         recipe["start"] = _digest(*(p.detach().cpu().numpy() for p in choice.start.network.parameters()))
-    table = _table(split.train, vehicle, choice, scaling)
+    table = table_of(split.train, vehicle, scaling, **chosen)
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 
-def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) -> Table:
-    seen = np.concatenate([network_inputs(vehicle, motion, choice.heading) for motion in data.motions])
-    target = np.concatenate([target_acceleration(vehicle, motion, data, choice.pure) for motion in data.motions])
+def table_of(data: DataSet, vehicle: Vehicle, scaling: Scaling, *, pure: bool, heading: bool) -> Table:
+    """All rows of a data set, for a network that is grown at once.
+
+    Parameters
+    ----------
+    data : what it learns
+    vehicle : that it corrects
+    scaling : of the network
+    pure, heading : see `Choice`
+    """
+    seen = np.concatenate([network_inputs(vehicle, motion, heading) for motion in data.motions])
+    target = np.concatenate([target_acceleration(vehicle, motion, data, pure) for motion in data.motions])
     lengths = tuple(motion.time.size for motion in data.motions)
     return Table(scaling.inputs.apply(seen), target / scaling.output, lengths, data.motions[0].time_step)
 

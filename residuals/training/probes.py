@@ -144,8 +144,7 @@ def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> lis
     known : data that it learnt
     asked : data that it did not learn
     """
-    seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
-    model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
+    model.trust(_knowing(model, known))
     first = round(WARM_UP / model.time_step) if model.remembers else 0
     result = []
     for motion in asked.motions:
@@ -157,6 +156,26 @@ def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> lis
             rows = rows[rows >= first]
             result.append(HeldOutTrial(lacking[rows], said[rows], distance[rows], (motion.source, one)))
     return result
+
+
+def _knowing(model: NetworkModel, known: DataSet) -> Trust:
+    """A gain of 1, with distances from what a network learnt."""
+    seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
+    return Trust.within(model.network.known(model.network.scaling.inputs.apply(seen)))
+
+
+def extend_trust(model: NetworkModel, known: DataSet) -> None:
+    """Measure the distances of a gain from all that a network has learnt by now; the gain at a distance stays.
+
+    Parameters
+    ----------
+    model : the network, with a gain
+    known : what it learnt
+    """
+    gain = model.network.gain
+    assert gain is not None, "what is extended was told before"
+    ends = _knowing(model, known)
+    model.trust(replace(gain.trust, lower=ends.lower, upper=ends.upper))
 
 
 def _stretches_of(motion: Motion) -> NDArray[np.int64]:

@@ -31,6 +31,8 @@ class Trained:
     stopped : why training ended
     settings : of the recipe
     start : name of the network that it went on from
+    seconds : of motion that the kept weights know [s]
+    whole : whether that is all of the logs
     """
 
     model: NetworkModel
@@ -41,6 +43,8 @@ class Trained:
     stopped: str
     settings: TrainingSettings
     start: str | None = None
+    seconds: float = 0.0
+    whole: bool = False
 
     @property
     def violating(self) -> float:
@@ -62,6 +66,7 @@ class Trained:
         return {
             "settings": self.settings.to_dict(),
             **({} if self.start is None else {"start": self.start}),
+            **({"whole": True} if self.whole else {}),
             "best_epoch": self.best_epoch,
             "more": self.more,
             "price": self.price,

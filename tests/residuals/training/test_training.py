@@ -38,7 +38,7 @@ from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, default_options
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.training import preparation
-from undertow.residuals.training.epochs import Trained, train
+from undertow.residuals.training.epochs import Trained, of_whole_logs, train
 from undertow.residuals.training.history import Epoch, best_epochs, stale
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.residuals.training.windows import filter_taps, windows_of
@@ -541,3 +541,33 @@ def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(brief: Split, 
     np.testing.assert_allclose(said, gain * model.correction(motion), rtol=1e-4, atol=1e-9)
     assert not train(brief, HULL, Choice(name, {"units": 8}), settings=replace(few, trust=False)).model.fades
     assert not train(brief, HULL, Choice(name, {"units": 8}, pure=True), settings=few).model.fades
+
+
+def test_what_is_grown_learns_what_told_its_gain_and_what_judged_it() -> None:
+    parts = parts_of({"surge_quadratic_damping": -10.0})
+    found = train(parts, HULL, Choice("ridge"), settings=TrainingSettings(device="cpu"))
+    assert found.seconds == pytest.approx(parts.train.seconds + parts.validation.seconds)
+    assert not found.whole
+    assert not any(found.model.beyond(motion).any() for motion in parts.validation.motions)
+    weights, trust, interval = (
+        found.model.network.head["weight"].clone(),
+        found.model.network.gain,
+        found.model.interval,
+    )
+    assert trust is not None
+    whole = of_whole_logs(found, HULL, parts)
+    assert whole.whole
+    assert whole.seconds == pytest.approx(sum(part.seconds for part in (parts.train, parts.validation, parts.test)))
+    assert not any(whole.model.beyond(motion).any() for motion in parts.test.motions)
+    assert not torch.equal(whole.model.network.head["weight"], weights)
+    after = whole.model.network.gain
+    assert after is not None
+    assert np.array_equal(after.trust.weights, trust.trust.weights), "what it never saw has told the gain"
+    assert whole.model.interval == interval
+
+
+def test_what_is_trained_keeps_to_its_training_part() -> None:
+    parts = parts_of({"surge_quadratic_damping": -10.0}, seconds=60.0)
+    found = train(parts, HULL, Choice("mlp", {"units": 4}), settings=TrainingSettings(epochs=1, device="cpu"))
+    assert found.seconds == parts.train.seconds
+    assert of_whole_logs(found, HULL, parts) is found
