@@ -54,6 +54,8 @@ def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp
     note = whole.comparison.notes[-1]
     assert note.startswith("Of the nominal model's error of position over ")
     assert "; a network (ridge) of what has no name takes " in note
+    assert "with all 148 s of 1 log;" in done.sentences[0]
+    assert not any("which it did not learn" in sentence for sentence in done.sentences)
     folder = write_run(whole, tmp_path / "run", report=False, progress=None)
     assert network_of(folder) is None
     write_network(done, folder / NETWORK)
