@@ -32,7 +32,7 @@ from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import rollout_errors
 from undertow.residuals.training.best_kind import KINDS, Candidate, best_of, candidates
-from undertow.residuals.training.epochs import of_whole_logs, train
+from undertow.residuals.training.epochs import train
 from undertow.residuals.training.probes import Probed
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -83,7 +83,7 @@ def asked(study: str, key: tuple[str, int], tried: Sequence[Choice]) -> Asked | 
         worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it
         kinds = candidates(split, along, TrainingSettings(device="cpu"), tried)
         best = best_of(kinds, learnable=worth) or kinds[0]
-        model = of_whole_logs(train(split, along, replace(best.choice, probes=best.probes)), along, split).model
+        model = train(split, along, replace(best.choice, probes=best.probes)).model
         model.vehicle = vehicle
     except (LogError, RequestError):
         return None

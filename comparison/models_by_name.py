@@ -225,8 +225,7 @@ def _provenance(path: str | os.PathLike[str], model: Model) -> tuple[Digests, bo
     source, given = Path(path), bool(os.fspath(path))
     folder = source if source.is_dir() else source.parent
     if given and (source.is_dir() or source.name == SETTINGS) and is_network_folder(folder):
-        training = _read(folder / SETTINGS).get("training")
-        return _recorded(training), isinstance(training, dict) and training.get("whole") is True
+        return _recorded(_read(folder / SETTINGS).get("training")), False
     run = source.parent if source.name == "model.yaml" else source
     if given and (record := _read(run / "run.json")):
         return _recorded(record), record.get("judged_on") == FOLDS

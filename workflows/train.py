@@ -99,8 +99,7 @@ class TrainRun:
         where = f"{'in the place of' if model.pure else 'beside'} the physics of '{model.vehicle.name}'"
         told = [
             f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
-            f"with {'all ' * found.whole}{found.seconds:.0f} s of {logs} log{'s' * (logs > 1)}; it took "
-            f"{model.seconds_to_fit:.0f} s.",
+            f"with {found.seconds:.0f} s of {logs} log{'s' * (logs > 1)}; it took {model.seconds_to_fit:.0f} s.",
             *(
                 []
                 if model.network.grown
@@ -114,7 +113,7 @@ class TrainRun:
             told.append(f"No epoch was better than {than}, so the network is as it began.")
         elif model.network.gain is not None:
             told.append(trust_in_words(model.network.gain.trust))
-        told += [] if found.whole else on_judged_rows(*self.models)  # else the notes of its run say it
+        told += on_judged_rows(*self.models)
         told += [*self._beyond(), *what_it_holds(self.models[-1])]
         told += what_laws_took(found)
         return [*told, *broken_laws(self.models[-1])]

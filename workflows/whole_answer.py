@@ -41,10 +41,9 @@ def with_network(
 ) -> tuple[Run, TrainRun | None]:
     """A run whose comparison has a network beside the corrected model, too, and what came of its training.
 
-    The network learns what the corrected model leaves on the first part of the logs, as `train` does, and what names
-    and network take of the error is told of the last part. A network that is grown at once then learns that, too, where
-    folds judge the run, as the corrected model is fitted to all rows. Its row is that of the rows which judge the run,
-    which it was trained on, and is marked so.
+    The network learns what the corrected model leaves on the first part of the logs, as `train` does. Its row is that
+    of the rows which judge the run; where folds do, it was trained on most of them, and is marked so. What names and
+    network take of the error is told of the last part of the logs, which it never saw.
 
     Parameters
     ----------
@@ -67,19 +66,15 @@ def with_network(
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
     if found.hidden is not None:
         inputs = inputs.mapped(found.hidden.corrected)
-    from ..residuals.training.epochs import of_whole_logs
-
     along = inputs.vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
     try:
         done = train(replace(inputs, vehicle=along), choice_of(None, kind), settings=settings, progress=progress)
     except NothingToLearnError as end:
         return _noting(run, str(end)), None
     done.model.name = _name(done.model.network.name)
-    told = _noting(run, _taken(done, VehicleModel(at_beginning(found.nominal), "nominal")))
-    if run.inputs.parts.judge == FOLDS:
-        done = replace(done, trained=of_whole_logs(done.trained, at_beginning(along), done.inputs.parts.split))
-    judged = row(judge(done.model, run.inputs.parts)).but(fitted_here=True)
+    judged = row(judge(done.model, run.inputs.parts)).but(fitted_here=run.inputs.parts.judge == FOLDS)
     models = (*run.comparison.models, judged)
+    told = _noting(run, _taken(done, VehicleModel(at_beginning(found.nominal), "nominal")))
     return replace(told, comparison=told.comparison.but(models=models)), done
 
 

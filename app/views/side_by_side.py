@@ -85,6 +85,7 @@ _NETWORKS = {
     "port_hamiltonian": "port-Hamiltonian: with memory, creates no energy",
     "symmetric": "symmetric: the same to port and to starboard",
     "gp": "Gaussian process: what the present state tells, smoothly",
+    "symmetric_gp": "symmetric Gaussian process: the same to port and to starboard",
     "ridge": "ridge regression: products of velocities and thrusts, fitted in seconds",
     "trees": "boosted trees: what the present state tells, in steps",
 }

@@ -72,7 +72,8 @@ _SETTINGS = f"""Sources, and what was chosen:
   the subspace (3, 4, 5, 6 or 8; ten block rows) and the threshold of pysindy, scaled (0.003 to 0.3), by rollouts of
   10 s. What is chosen is then fitted to the whole run.
 - A Gaussian process has 400 random rows of the run, a length for each input, and noise.
-- `fit` and networks know {SHARES[0]:.0%} of the run, `discover` all of it."""
+- `fit` and networks that are trained know {SHARES[0]:.0%} of the run; `discover`, and what is fitted at once, all of
+  it."""
 
 
 def names_in(records: Records) -> list[str]:

@@ -124,8 +124,8 @@ class DataSet:
         return self.motions if self.unfiltered is None else self.unfiltered
 
 
-def joined(parts: Sequence[DataSet]) -> DataSet:
-    """The motions of several parts that were prepared alike, as one data set with the notes of the first."""
+def join_parts(parts: Sequence[DataSet]) -> DataSet:
+    """Join parts that were prepared alike to one data set, with the notes of the first."""
     raw = None if parts[0].unfiltered is None else tuple(motion for part in parts for motion in part.raw)
     return replace(parts[0], motions=tuple(motion for part in parts for motion in part.motions), unfiltered=raw)
 

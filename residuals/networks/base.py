@@ -51,7 +51,7 @@ class Scaling:
 
 @dataclass(frozen=True, slots=True)
 class Grown:
-    """A network that is fitted at once to all rows of a training part, and not by steps along a gradient.
+    """A network that is fitted at once to all rows, and not by steps along a gradient.
 
     No law plays a part while it is, and no training goes on from it. `training.tabular_fit` knows how it is found.
 

@@ -1,17 +1,17 @@
 """Means of Gaussian processes (Rasmussen and Williams 2006) as plain arrays: smooth, and asked like any network."""
 
-from typing import ClassVar, final
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
 
+from ...physics.motion import Array
 from .base import Grown, Memory, Network, Scaling, fixed
 
 _ROWS = 2048
 """Rows whose bells are held in memory at once."""
 
 
-@final
 class GaussianProcess(Network):
     """Sum of `units` bells for each axis, each at a row that training has seen; without memory.
 
@@ -30,6 +30,10 @@ class GaussianProcess(Network):
         self.sharpness = fixed(torch.zeros(3, self.width))  # 1 / l_i, so that 0 is an input that tells nothing
         # What the correction is proportional to, as in the other networks.
         self.head = nn.ParameterDict({"weight": fixed(torch.zeros(3, units))})
+
+    def with_images(self, rows: Array, wanted: Array) -> tuple[Array, Array]:
+        """Standardised inputs (rows, inputs) and targets (rows, 3) that teach it, and what they say of other rows."""
+        return rows, wanted
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""

@@ -11,7 +11,7 @@ from ...physics.motion import Array
 from .base import Memory, Network, Scaling, hidden_layers, quiet_head
 from .mlp import MLP
 
-_SIDES = (1.0, -1.0, -1.0)
+SIDES = (1.0, -1.0, -1.0)
 """What becomes of surge, sway and yaw in a mirror along the keel."""
 _ALIKE = 0.2
 """Share of the strongest thruster's effect by which a thruster may differ from the image of its partner: arms and
@@ -42,23 +42,19 @@ class Symmetric(Network):
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1) -> None:
         super().__init__(scaling, {"units": units, "layers": layers})
-        if self.width > 3 + scaling.drives:
-            raise RequestError(
-                "network symmetric: expected no heading: a current or a wind does not push alike on both sides; leave "
-                "--heading out, or take another network"
-            )
+        refuse_heading(self)
         self.body = hidden_layers(self.width, units, layers, nn.Tanh)
         self.head = quiet_head(units)
         force = np.diag(scaling.mass) * scaling.output
         pulled = np.linalg.inv(scaling.mass) * force / scaling.output[:, None]
-        constants = {"image": _image(scaling.reach), "sides": np.array(_SIDES), "pulled": pulled}
+        constants = {"image": image_of(scaling.reach), "sides": np.array(SIDES), "pulled": pulled}
         self.hold(constants, persistent=False)
 
     @classmethod
     def alike(cls, rows: Array, reach: Array) -> Array:
         """See `Network.alike`: their images."""
         seen = rows[:, : 3 + reach.shape[1]]
-        return np.concatenate([rows, np.hstack([seen @ _image(reach), rows[:, seen.shape[1] :]])])
+        return np.concatenate([rows, np.hstack([seen @ image_of(reach), rows[:, seen.shape[1] :]])])
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
@@ -94,23 +90,47 @@ class Symmetric(Network):
         return result
 
 
-def _image(reach: Array) -> Array:
+def refuse_heading(network: Network) -> None:
+    """Refuse a symmetric network that is to see the heading.
+
+    Raises
+    ------
+    RequestError
+        where it is, since what pushes by heading has sides.
+    """
+    if network.width > 3 + network.scaling.drives:
+        raise RequestError(
+            f"network {network.name}: expected no heading: a current or a wind does not push alike on both sides; "
+            "leave --heading out, or take another network"
+        )
+
+
+def image_of(reach: Array) -> Array:
     """Matrix (inputs, inputs) by which a row of velocities and thrusts from the right becomes that of its image.
 
     The partner of a thruster pushes as its image does, or the other way: one on the keel that pushes aside is its own.
+
+    Parameters
+    ----------
+    reach : thruster matrix (3, thrusters)
+
+    Raises
+    ------
+    RequestError
+        where a thruster has no partner.
     """
     drives = reach.shape[1]
-    images = (reach * np.array(_SIDES)[:, None])[:, :, None]
+    images = (reach * np.array(SIDES)[:, None])[:, :, None]
     off = np.stack([np.abs(images - sign * reach[:, None, :]).sum(axis=0) for sign in (1.0, -1.0)], axis=-1)
     best = off.reshape(drives, -1).argmin(axis=1)
     partner, sign = best // 2, np.where(best % 2, -1.0, 1.0)
     paired = bool((partner[partner] == np.arange(drives)).all()) and bool((sign[partner] == sign).all())
     if not paired or off.min(axis=(1, 2)).max() > _ALIKE * np.abs(reach).sum(axis=0).max():
         raise RequestError(
-            "network symmetric: expected each thruster to have a partner on the other side, or to sit on the keel; "
+            "a symmetric network: expected each thruster to have a partner on the other side, or to sit on the keel; "
             "this vehicle has one without; take another network, such as mlp"
         )
     result = np.zeros((3 + drives, 3 + drives))
-    result[range(3), range(3)] = _SIDES
+    result[range(3), range(3)] = SIDES
     result[3 + np.arange(drives), 3 + partner] = sign
     return result

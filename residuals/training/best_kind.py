@@ -11,7 +11,7 @@ from .epochs import probes_of
 from .probes import Probed, held_out_parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
-KINDS = (Choice("gp"), Choice("gp", heading=True), Choice("ridge", {"filters": 4}))
+KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choice("ridge", {"filters": 4}))
 """The kinds that are tried, a minute and a half together for a log of five; the last one remembers. See
 `docs/decisions.md`."""
 

@@ -10,7 +10,7 @@ from time import perf_counter
 
 import torch
 
-from ...measurements.preparation.prepare import DataSet, joined
+from ...measurements.preparation.prepare import DataSet, join_parts
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.motion import Array
@@ -22,7 +22,7 @@ from ..series import prediction_band
 from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_checkpoint, write_checkpoint
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
-from .preparation import Prepared, prepare_training, table_of
+from .preparation import Prepared, prepare_training, tabulate
 from .probes import HeldOutPart, Probed, extend_trust, held_out_parts, train_probes, trust_of
 from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
@@ -55,8 +55,7 @@ def train(
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
-    What is grown at once has none to choose, and learns the validation part, too, once its gain, interval and band are
-    known.
+    A tabular network has none to choose: once its gain, interval and band are known, it is refitted to both parts.
 
     The same seed gives the same weights on the same machine, whether training was interrupted and resumed or not.
     Torch's own random state and settings are as before afterwards.
@@ -97,26 +96,25 @@ def train(
         if chosen.trust and not choice.pure:
             probed = choice.probes or probes_of(split, vehicle, choice, chosen)
             model.trust(trust_of(model, split, probed))
-        learnt, again = split.train, run.grown is not None and model.network.gain is not None
-        if again:
-            _tell_errors(model, split, probed)
-            learnt = joined((split.train, split.validation))
-            grow_again(model, vehicle, learnt, chosen)
+        learnt, at_once = split.train, run.grown is not None and model.network.gain is not None
+        if at_once:
+            _calibrate_errors(model, split, probed)
+            learnt = join_parts((split.train, split.validation))
+            _refit(model, learnt, chosen)
             run.kept = dict.fromkeys(run.kept, cloned(model.network.state_dict()))
         kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:
             kept = chooser.mended(kept, run.again)
         model.seconds_to_fit = perf_counter() - run.begun
-        if not again:
-            _tell_errors(model, split, probed)
+        if not at_once:
+            _calibrate_errors(model, split, probed)
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
-    found = Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, start)
-    return replace(found, seconds=learnt.seconds)
+    return Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, learnt.seconds, start)
 
 
-def _tell_errors(model: NetworkModel, split: Split, probed: Probed) -> None:
+def _calibrate_errors(model: NetworkModel, split: Split, probed: Probed) -> None:
     """Give a trained network its interval and its band, by rows that it does not know."""
     model.interval = interval_of(model, split)
     if probed.parts:
@@ -124,40 +122,15 @@ def _tell_errors(model: NetworkModel, split: Split, probed: Probed) -> None:
         model.band = prediction_band(near, [*probed.held_out(block=False)])
 
 
-def grow_again(model: NetworkModel, vehicle: Vehicle, learnt: DataSet, settings: TrainingSettings) -> None:
-    """Grow a network anew from more rows than those by whose rest its gain, interval and band were told, which stay.
+def _refit(model: NetworkModel, learnt: DataSet, settings: TrainingSettings) -> None:
+    """Refit a tabular network to more rows; its gain, interval and band stay as they were calibrated.
 
-    What is grown at once has no epoch to choose, so that no row need be kept from the last fit (Hastie et al. 2009,
-    section 7.10).
-
-    Parameters
-    ----------
-    model : a network that is grown, with its gain
-    vehicle : beside which it learns
-    learnt : all that it is to know
-    settings : of its training
+    There is no epoch to choose, so that no row need be kept from the last fit (Hastie et al. 2009, section 7.10).
     """
     network = model.network
-    table = table_of(learnt, vehicle, network.scaling, pure=model.pure, heading=model.heading)
-    with _reproducible(settings.seed):
-        fit_tabular(network, table, settings.seed, settings.epochs)
+    table = tabulate(learnt, model.vehicle, network.scaling, pure=model.pure, heading=model.heading)
+    fit_tabular(network, table, settings.seed, settings.epochs)
     extend_trust(model, learnt)
-
-
-def of_whole_logs(found: Trained, vehicle: Vehicle, split: Split) -> Trained:
-    """A training whose network has learnt the test part, too, where it is grown and has a gain; else as it was.
-
-    Parameters
-    ----------
-    found : the finished training, whose model is changed
-    vehicle : beside which it learnt
-    split : all parts of its logs
-    """
-    if found.model.network.grown is None or found.model.network.gain is None:
-        return found
-    learnt = joined((split.train, split.validation, split.test))
-    grow_again(found.model, vehicle, learnt, found.settings)
-    return replace(found, seconds=learnt.seconds, whole=True)
 
 
 def probes_of(

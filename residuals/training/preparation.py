@@ -231,11 +231,11 @@ def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: T
     }
     if choice.start is not None:
         recipe["start"] = _digest(*(p.detach().cpu().numpy() for p in choice.start.network.parameters()))
-    table = table_of(split.train, vehicle, scaling, **chosen)
+    table = tabulate(split.train, vehicle, scaling, **chosen)
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 
-def table_of(data: DataSet, vehicle: Vehicle, scaling: Scaling, *, pure: bool, heading: bool) -> Table:
+def tabulate(data: DataSet, vehicle: Vehicle, scaling: Scaling, *, pure: bool, heading: bool) -> Table:
     """All rows of a data set, for a network that is grown at once.
 
     Parameters

@@ -144,7 +144,7 @@ def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> lis
     known : data that it learnt
     asked : data that it did not learn
     """
-    model.trust(_knowing(model, known))
+    model.trust(_measure_known(model, known))
     first = round(WARM_UP / model.time_step) if model.remembers else 0
     result = []
     for motion in asked.motions:
@@ -158,7 +158,7 @@ def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> lis
     return result
 
 
-def _knowing(model: NetworkModel, known: DataSet) -> Trust:
+def _measure_known(model: NetworkModel, known: DataSet) -> Trust:
     """A gain of 1, with distances from what a network learnt."""
     seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
     return Trust.within(model.network.known(model.network.scaling.inputs.apply(seen)))
@@ -174,7 +174,7 @@ def extend_trust(model: NetworkModel, known: DataSet) -> None:
     """
     gain = model.network.gain
     assert gain is not None, "what is extended was told before"
-    ends = _knowing(model, known)
+    ends = _measure_known(model, known)
     model.trust(replace(gain.trust, lower=ends.lower, upper=ends.upper))
 
 

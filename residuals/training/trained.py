@@ -30,9 +30,8 @@ class Trained:
     lawful : what the auditor says of those weights; None where there was no auditor
     stopped : why training ended
     settings : of the recipe
-    start : name of the network that it went on from
     seconds : of motion that the kept weights know [s]
-    whole : whether that is all of the logs
+    start : name of the network that it went on from
     """
 
     model: NetworkModel
@@ -42,9 +41,8 @@ class Trained:
     lawful: bool | None
     stopped: str
     settings: TrainingSettings
+    seconds: float
     start: str | None = None
-    seconds: float = 0.0
-    whole: bool = False
 
     @property
     def violating(self) -> float:
@@ -66,7 +64,6 @@ class Trained:
         return {
             "settings": self.settings.to_dict(),
             **({} if self.start is None else {"start": self.start}),
-            **({"whole": True} if self.whole else {}),
             "best_epoch": self.best_epoch,
             "more": self.more,
             "price": self.price,

@@ -308,7 +308,7 @@ def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
     epochs = tuple(Epoch(k, 1.0, error, 0.0) for k, error in enumerate(errors))
 
     def told(lawful: bool, more: int, best: int) -> str:
-        found = Trained(model, epochs, more, best, lawful, "done", undertow.TrainingSettings())
+        found = Trained(model, epochs, more, best, lawful, "done", undertow.TrainingSettings(), 60.0)
         return " ".join(what_laws_took(found))
 
     assert told(True, 0, 1) == "It keeps every law that 'undertow check' asks over these logs."

@@ -22,7 +22,7 @@ from undertow.residuals.training.best_kind import Candidate
 from undertow.residuals.training.probes import Probed
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows import whole_answer
-from undertow.workflows.compare import compare, compare_run
+from undertow.workflows.compare import compare_run
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import Run, write_run
@@ -54,14 +54,10 @@ def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp
     note = whole.comparison.notes[-1]
     assert note.startswith("Of the nominal model's error of position over ")
     assert "; a network (ridge) of what has no name takes " in note
-    assert "with all 148 s of 1 log;" in done.sentences[0]
-    assert not any("which it did not learn" in sentence for sentence in done.sentences)
     folder = write_run(whole, tmp_path / "run", report=False, progress=None)
     assert network_of(folder) is None
     write_network(done, folder / NETWORK)
     assert load_network(folder / NETWORK).vehicle == at_beginning(load_vehicle(folder / "model.yaml"))
-    judged = compare(read_inputs(list(run.inputs.paths), HULL, judge="test", progress=None), [folder / NETWORK])
-    assert [model.fitted_here for model in judged.models if model.kind == "hybrid"] == [True], "it has learnt all rows"
     again = compare_run(folder, progress=None)
     row = next(model for model in again.models if model.name == "corrected + ridge")
     assert row.fitted_here

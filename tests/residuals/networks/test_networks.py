@@ -118,7 +118,7 @@ def test_the_lawful_ones_start_small_and_nothing_moves_a_boat_at_rest(name: str)
     assert not rest.any()
 
 
-@pytest.mark.parametrize("name", [n for n in NETWORKS if n != "symmetric"])
+@pytest.mark.parametrize("name", [n for n in NETWORKS if not n.startswith("symmetric")])
 def test_the_heading_is_seen_where_it_is_asked_for(name: str):
     network, seen = made(name, heading=True), inputs(heading=True)
     turned = seen.clone()
@@ -324,14 +324,15 @@ def image(seen: Tensor) -> Tensor:
     return turned[..., [0, 1, 2, 4, 3]]
 
 
+@pytest.mark.parametrize("name", ["symmetric", "symmetric_gp"])
 @pytest.mark.parametrize("fades", [False, True], ids=["", "fading"])
-def test_it_is_the_same_to_port_and_to_starboard(fades: bool):
+def test_it_is_the_same_to_port_and_to_starboard(fades: bool, name: str):
     """So it is where it has seen turns to one side only."""
     rows = inputs(rows=400).flatten(0, 1).numpy()
     rows[:, 2] = np.abs(rows[:, 2])
     names = input_names(HULL, False)
-    constants = Standardisation.of(names, NETWORKS["symmetric"].alike(rows, thruster_matrix(HULL)))
-    network = randomised(build("symmetric", scaling_of(HULL, constants, scaling().output)).double())
+    constants = Standardisation.of(names, NETWORKS[name].alike(rows, thruster_matrix(HULL)))
+    network = randomised(build(name, scaling_of(HULL, constants, scaling().output)).double())
     if fades:
         network.trust(Trust.within(network.known(constants.apply(rows[:200])), 1.0))
     seen = torch.as_tensor(rows)[None]
@@ -374,13 +375,14 @@ def test_making_it_plain_draws_no_numbers():
     assert torch.equal(torch.random.get_rng_state(), before)
 
 
-def test_it_wants_no_heading_and_thrusters_in_pairs():
-    with pytest.raises(RequestError, match="symmetric: expected no heading"):
-        build("symmetric", scaling(heading=True))
+@pytest.mark.parametrize("name", ["symmetric", "symmetric_gp"])
+def test_it_wants_no_heading_and_thrusters_in_pairs(name: str):
+    with pytest.raises(RequestError, match=f"{name}: expected no heading"):
+        build(name, scaling(heading=True))
     constants = scaling()
     lonely = Scaling(constants.inputs, constants.output, constants.mass, constants.reach * np.array([1.0, 0.5]))
     with pytest.raises(RequestError, match="expected each thruster to have a partner"):
-        build("symmetric", lonely)
+        build(name, lonely)
 
 
 def test_a_thruster_on_the_keel_that_pushes_aside_is_its_own_partner():

@@ -153,8 +153,8 @@ def test_where_no_more_than_noise_is_left_parts_have_to_be_sure(
 def test_the_page_names_the_kinds_that_are_tried() -> None:
     page = (Path(__file__).parents[3] / "docs" / "neural.md").read_text(encoding="utf-8")
     told = page.partition("**The best kind.**")[2].partition("\n\n")[0].replace("\n", " ")
-    assert [name_of(kind) for kind in KINDS] == ["gp", "gp --heading", "ridge --option filters=4"]
-    assert "`gp`, with and without heading, and `ridge --option filters=4`" in told
+    assert [name_of(kind) for kind in KINDS] == ["symmetric_gp", "gp", "gp --heading", "ridge --option filters=4"]
+    assert "`symmetric_gp`, `gp`, with and without heading, and `ridge --option filters=4`" in told
 
 
 def test_a_kind_that_holds_is_taken_before_a_better_one_that_does_not() -> None:

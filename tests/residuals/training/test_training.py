@@ -1,5 +1,6 @@
 """Training: laws, windows, filter, losses, rollouts, recipe, determinism and resume."""
 
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,8 +38,9 @@ from undertow.residuals.models.unforced_states import UnforcedStates
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, default_options
 from undertow.residuals.scores import acceleration_score, rollout_scores
-from undertow.residuals.training import preparation
-from undertow.residuals.training.epochs import Trained, of_whole_logs, train
+from undertow.residuals.training import epochs, preparation
+from undertow.residuals.training.checkpoint import Verdict
+from undertow.residuals.training.epochs import Trained, train
 from undertow.residuals.training.history import Epoch, best_epochs, stale
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.residuals.training.windows import filter_taps, windows_of
@@ -543,31 +545,31 @@ def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(brief: Split, 
     assert not train(brief, HULL, Choice(name, {"units": 8}, pure=True), settings=few).model.fades
 
 
-def test_what_is_grown_learns_what_told_its_gain_and_what_judged_it() -> None:
-    parts = parts_of({"surge_quadratic_damping": -10.0})
-    found = train(parts, HULL, Choice("ridge"), settings=TrainingSettings(device="cpu"))
+def test_what_is_fitted_at_once_learns_what_told_its_gain(monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = parts_of({"surge_quadratic_damping": -10.0}, seconds=60.0)
+    asked: list[NetworkModel] = []
+
+    def audited(model: NetworkModel) -> Verdict:
+        asked.append(deepcopy(model))
+        return Verdict(True, np.zeros((0, 6)))
+
+    settings = TrainingSettings(device="cpu")
+    found = train(parts, HULL, Choice("ridge"), settings=settings, auditor=audited)
     assert found.seconds == pytest.approx(parts.train.seconds + parts.validation.seconds)
-    assert not found.whole
     assert not any(found.model.beyond(motion).any() for motion in parts.validation.motions)
-    weights, trust, interval = (
-        found.model.network.head["weight"].clone(),
-        found.model.network.gain,
-        found.model.interval,
-    )
-    assert trust is not None
-    whole = of_whole_logs(found, HULL, parts)
-    assert whole.whole
-    assert whole.seconds == pytest.approx(sum(part.seconds for part in (parts.train, parts.validation, parts.test)))
-    assert not any(whole.model.beyond(motion).any() for motion in parts.test.motions)
-    assert not torch.equal(whole.model.network.head["weight"], weights)
-    after = whole.model.network.gain
-    assert after is not None
-    assert np.array_equal(after.trust.weights, trust.trust.weights), "what it never saw has told the gain"
-    assert whole.model.interval == interval
+    weights = found.model.network.head["weight"]
+    assert torch.equal(asked[-1].network.head["weight"], weights), "what is written is audited"
+    monkeypatch.setattr(epochs, "_refit", lambda *given: None)
+    before = train(parts, HULL, Choice("ridge"), settings=settings)
+    assert not torch.equal(before.model.network.head["weight"], weights)
+    gains = [one.model.network.gain for one in (before, found)]
+    assert gains[0] is not None
+    assert gains[1] is not None
+    assert np.array_equal(gains[0].trust.weights, gains[1].trust.weights), "rows that it did not know have told them"
+    assert (before.model.interval, before.model.band) == (found.model.interval, found.model.band)
 
 
 def test_what_is_trained_keeps_to_its_training_part() -> None:
     parts = parts_of({"surge_quadratic_damping": -10.0}, seconds=60.0)
     found = train(parts, HULL, Choice("mlp", {"units": 4}), settings=TrainingSettings(epochs=1, device="cpu"))
     assert found.seconds == parts.train.seconds
-    assert of_whole_logs(found, HULL, parts) is found
