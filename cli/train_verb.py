@@ -19,8 +19,8 @@ def train(
     out: Path = option("--out -o", "Folder of the network to write.", REQUIRED),
     residual: str | None = option(
         "--residual",
-        "Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
-        "trees, gp, ridge, or best: the one that predicts best over parts of the log that it does not know.",
+        "Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, trees, gp, "
+        "symmetric_gp, ridge, or best: the one that predicts best over parts of the log that it does not know.",
     ),
     start: Path | None = option("--start", "Go on from this network, of another boat or log.", metavar="MODEL"),
     pure: bool = option("--pure", "Learn all of the motion, without the vehicle's physics.", False),
