@@ -115,6 +115,19 @@ def test_a_block_is_predicted_by_the_weights_of_all_others() -> None:
     assert growing_processes._unseen(seen, target[:, 0], centres, lengths, shares) == pytest.approx(wanted, rel=1e-6)
 
 
+def test_turns_to_one_side_teach_a_symmetric_process_those_to_the_other() -> None:
+    rng = np.random.default_rng(3)
+    seen = rng.normal(size=(120, 5))
+    seen[:, 2] = np.abs(seen[:, 2])
+    wanted = np.column_stack([np.sin(seen[:, 0]), np.zeros(120), -np.tanh(seen[:, 2])])
+    names = input_names(HULL, False)
+    network = build("symmetric_gp", scaling_of(HULL, Standardisation(names, np.zeros(5), np.ones(5)), np.ones(3)))
+    fit_tabular(network, as_table(seen, wanted), 0, 40)
+    other = seen[:, [0, 1, 2, 4, 3]] * np.array([1.0, -1.0, -1.0, 1.0, 1.0])
+    assert says(network, other)[:, 2] == pytest.approx(np.tanh(seen[:, 2]), abs=0.1)
+    assert says(network, other)[:, 0] == pytest.approx(says(network, seen)[:, 0], abs=1e-5)
+
+
 def test_what_only_time_tells_is_taken_for_noise() -> None:
     """A current that is not among the inputs pushes a slow boat slowly: neighbours in time look like a function."""
     time = np.linspace(0.0, 300.0, 900)
