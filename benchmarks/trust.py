@@ -93,8 +93,10 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     model = train(split, base, replace(choice, probes=probes), settings=settings).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust
-    unrefitted = train(split, base, choice, settings=replace(settings, trust=False)).model
-    own = predict_held_out(unrefitted, split.train, split.validation)
+    alone = model
+    if model.network.grown is not None:  # it has learnt the validation part by now
+        alone = train(split, base, choice, settings=replace(settings, trust=False)).model
+    own = predict_held_out(alone, split.train, split.validation)
 
     def by(tried: Sequence[Any], rows: int) -> Trust:
         common = model.network.rests_on == "itself"

@@ -10,7 +10,7 @@ from ..comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comp
 from ..comparison.models_by_name import check_commands, fitted_notes, fitted_numbers, fitted_to, load_model
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.split import Fold
-from ..measurements.prepared_logs import ALL, FOLDS, INPUTS_CURE, Inputs, PathLike
+from ..measurements.prepared_logs import ALL, INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.stage import Say, Stage
@@ -151,7 +151,7 @@ def _compared(
     rows = inputs.parts.judge
     told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
     fitted = {one.model.name for one in sources if one.saw_judged(rows)}
-    if rows == FOLDS:  # a network of the run was trained on most of them
+    if rows != "test":  # a network of the run was trained on most of them
         fitted |= {model.name for model in middle if model.kind == "hybrid"}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
     return done, inputs, ends(found, done.best.model)

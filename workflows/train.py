@@ -187,7 +187,7 @@ def train(
     progress: Say | None = SHOWN,
     watch: "Callable[[Epoch], None] | None" = None,
 ) -> TrainRun:
-    """Train a network on the training part of the logs, and score it beside the nominal model on held-out data.
+    """Train a network on all but the last part of the logs, and score it beside the nominal model there.
 
     Parameters
     ----------
@@ -213,6 +213,11 @@ def train(
     chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.parted("train")
+    if inputs.parts.judge != "test":
+        raise RequestError(
+            f"train: expected the last part of the logs to judge (test), got {inputs.parts.judge}, which the network "
+            "learns; leave judge out in read_inputs"
+        )
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     if chosen.network == BEST and (chosen.options or chosen.pure or chosen.heading):

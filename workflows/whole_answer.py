@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
-from ..measurements.prepared_logs import FOLDS
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.files import remove
 from ..physics.forces import at_beginning
@@ -42,8 +41,8 @@ def with_network(
     """A run whose comparison has a network beside the corrected model, too, and what came of its training.
 
     The network learns what the corrected model leaves on the first part of the logs, as `train` does. Its row is that
-    of the rows which judge the run; where folds do, it was trained on most of them, and is marked so. What names and
-    network take of the error is told of the last part of the logs, which it never saw.
+    of the rows which judge the run; where that is not the last part, it was trained on most, and is marked so. What
+    names and network take of the error is told of the last part of the logs, which it never saw.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def with_network(
     except NothingToLearnError as end:
         return _noting(run, str(end)), None
     done.model.name = _name(done.model.network.name)
-    judged = row(judge(done.model, run.inputs.parts)).but(fitted_here=run.inputs.parts.judge == FOLDS)
+    judged = row(judge(done.model, run.inputs.parts)).but(fitted_here=run.inputs.parts.judge != "test")
     models = (*run.comparison.models, judged)
     told = _noting(run, _taken(done, VehicleModel(at_beginning(found.nominal), "nominal")))
     return replace(told, comparison=told.comparison.but(models=models)), done

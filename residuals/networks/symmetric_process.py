@@ -25,12 +25,14 @@ class SymmetricProcess(GaussianProcess):
 
     name: ClassVar[str] = "symmetric_gp"
     image: Tensor
-    sides: Tensor
+    mirror: Tensor
 
     def __init__(self, scaling: Scaling, *, units: int = 400) -> None:
         super().__init__(scaling, units=units)
         refuse_heading(self)
-        self.hold({"image": image_of(scaling.reach), "sides": np.array(SIDES)}, persistent=False)
+        force = np.diag(SIDES) @ scaling.mass * scaling.output
+        mirror = np.linalg.inv(scaling.mass) @ force / scaling.output[:, None]  # of a force: mass may lie aside
+        self.hold({"image": image_of(scaling.reach), "mirror": mirror}, persistent=False)
 
     @classmethod
     def alike(cls, rows: Array, reach: Array) -> Array:
@@ -39,12 +41,12 @@ class SymmetricProcess(GaussianProcess):
 
     def with_images(self, rows: Array, wanted: Array) -> tuple[Array, Array]:
         """See `GaussianProcess.with_images`: an image stands beside its row, in the same block of time."""
-        image, sides = self.image.double().numpy(), np.array(SIDES)
-        both = np.stack([rows, rows @ image], axis=1), np.stack([wanted, wanted * sides], axis=1)
+        image, mirror = self.image.double().numpy(), self.mirror.double().numpy()
+        both = np.stack([rows, rows @ image], axis=1), np.stack([wanted, wanted @ mirror.T], axis=1)
         return both[0].reshape(-1, rows.shape[1]), both[1].reshape(-1, 3)
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`; means and scales are those of rows and images, so that a mirror needs no units."""
         own, _ = super().correct(standardised, inputs, memory)
         other, _ = super().correct(standardised @ self.image, inputs, memory)
-        return 0.5 * (own + other * self.sides), ()
+        return 0.5 * (own + other @ self.mirror.mT), ()

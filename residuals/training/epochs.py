@@ -18,6 +18,7 @@ from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel, one_thread
 from ..models.neural import CHECKPOINT
 from ..networks.base import Network
+from ..networks.registry import network_named
 from ..series import prediction_band
 from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_checkpoint, write_checkpoint
 from .history import Epoch, best_epochs, stale
@@ -55,7 +56,8 @@ def train(
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
-    A tabular network has none to choose: once its gain, interval and band are known, it is refitted to both parts.
+    A tabular network has none to choose: once its gain, interval and band are known, it is refitted to both parts, and
+    what is told of its epoch is that of the fit before.
 
     The same seed gives the same weights on the same machine, whether training was interrupted and resumed or not.
     Torch's own random state and settings are as before afterwards.
@@ -148,14 +150,21 @@ def probes_of(
     ----------
     asked : the parts; None for all of them
     """
-    fresh, few = replace(choice, start=None, probes=None), probe_settings(settings)
+    fresh, few = replace(choice, start=None, probes=None), probe_settings(settings, choice.network)
     every = held_out_parts(split.train, vehicle, few.window) if asked is None else asked
     return train_probes(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
 
 
-def probe_settings(settings: TrainingSettings) -> TrainingSettings:
-    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
-    return replace(settings, epochs=min(settings.epochs, _EPOCHS), trust=False)
+def probe_settings(settings: TrainingSettings, network: str) -> TrainingSettings:
+    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt.
+
+    Parameters
+    ----------
+    settings : of the network that is probed
+    network : its name; of one that is fitted at once, less is drawn
+    """
+    at_once = network_named(network).grown is not None
+    return replace(settings, epochs=1 if at_once else min(settings.epochs, _EPOCHS), trust=False)
 
 
 def _check_checkpoint(folder: Path | None, resume: bool) -> None:

@@ -51,7 +51,7 @@ _SAMPLE = 400
 """Rows that a kernel is found on: time grows by the cube, and three kernels of three axes take some ten seconds so."""
 _SAMPLES, _EACH, _FEWER = 3, 50, 250
 """Samples that are drawn at most, as far as there are rows for them, and epochs that a training of networks would have
-for each: each costs as much time again, and a probe of few epochs has one, of fewer rows. See `docs/decisions.md`."""
+for each: each costs as much time again; and the rows of the one that a probe has. See `docs/decisions.md`."""
 _SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
 """Bounds of the variance, of lengths in deviations of the inputs, and of the variance of the noise, for a target of
 about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
@@ -112,8 +112,7 @@ def fit_processes(network: GaussianProcess, table: Table, seed: int, epochs: int
     """Fit the Gaussian process of each axis, see `tabular_fit.fit_tabular`."""
     rows, wanted = network.with_images(table.rows.astype(np.float32).astype(float), table.wanted)
     order = np.random.default_rng(seed).permutation(rows.shape[0])
-    count = min(_SAMPLES, 1 + epochs // _EACH)
-    size = _SAMPLE if count > 1 else _FEWER
+    count, size = min(_SAMPLES, 1 + epochs // _EACH), _SAMPLE if epochs > 1 else _FEWER
     samples = [order[first : first + size] for first in range(0, max(len(order) - size, 0) + 1, size)[:count]]
     centres = rows[order[: network.centres.shape[0]]]
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))

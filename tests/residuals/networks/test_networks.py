@@ -345,10 +345,13 @@ def test_it_is_the_same_to_port_and_to_starboard(fades: bool, name: str):
         assert 0.0 < float((left == 1.0).double().mean()) < 1.0
 
 
-def test_it_is_the_force_that_is_symmetric():
-    ballast = HULL.with_values({"y_g": 0.1})
-    own = Scaling(scaling().inputs, scaling().output, mass_matrix(ballast), thruster_matrix(HULL))
-    network, seen = randomised(build("symmetric", own).double()), inputs()
+@pytest.mark.parametrize("name", ["symmetric", "symmetric_gp"])
+def test_it_is_the_force_that_is_symmetric(name: str):
+    ballast, seen = HULL.with_values({"y_g": 0.1}), inputs()
+    rows = seen.flatten(0, 1).numpy()
+    constants = Standardisation.of(input_names(HULL, False), NETWORKS[name].alike(rows, thruster_matrix(HULL)))
+    own = Scaling(constants, scaling().output, mass_matrix(ballast), thruster_matrix(HULL))
+    network = randomised(build(name, own).double())
     mass = torch.as_tensor(mass_matrix(ballast))
     with torch.no_grad():
         force, other = (network(x)[0] @ mass for x in (seen, image(seen)))
