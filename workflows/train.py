@@ -228,7 +228,8 @@ def train(
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
-    recipe, along = settings or TrainingSettings(), at_beginning(inputs.vehicle)  # a network knows no time
+    recipe, alone = settings or TrainingSettings(), inputs.vehicle
+    along = at_beginning(alone)  # a network knows no time
     inputs = replace(inputs, vehicle=inputs.vehicle.with_values({COMMAND_OFFSET.symbol: 0.0}))
 
     def each(epoch: "Epoch") -> None:
@@ -244,7 +245,7 @@ def train(
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST and left is not None:
         try:
-            kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress)))
+            kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress), alone=alone))
         except RequestError:  # such as of a log that is too short to be parted
             _left(inputs, along, decline=recipe.decline)
             raise

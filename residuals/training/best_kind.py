@@ -63,6 +63,7 @@ def candidates(
     settings: TrainingSettings,
     kinds: Sequence[Choice] = KINDS,
     progress: Callable[[str], None] | None = None,
+    alone: Vehicle | None = None,
 ) -> list[Candidate]:
     """Some kinds, the one of the least ratio and standard error first; what cannot stand beside a vehicle is left out.
 
@@ -72,6 +73,7 @@ def candidates(
     Parameters
     ----------
     progress : told the name of each kind before it is tried
+    alone : the vehicle without a network, where it changes by the minute, of which networks know nothing
 
     Raises
     ------
@@ -85,7 +87,7 @@ def candidates(
             progress(name_of(choice))
         probes = probes_of(split, vehicle, choice, settings, every)
         if any(part.block for _, part in probes.parts):
-            found.append(Candidate(choice, *rollout_ratio_of(probes), probes))
+            found.append(Candidate(choice, *rollout_ratio_of(probes, alone), probes))
     if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "

@@ -204,11 +204,16 @@ def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     return replace(gain.trust, reaches=reaches, weights=weights, error=error)
 
 
-def rollout_ratio_of(found: Probed) -> tuple[float, float]:
+def rollout_ratio_of(found: Probed, alone: Vehicle | None = None) -> tuple[float, float]:
     """Error of rollouts of probes in that of the vehicle alone, on parts that neither a probe nor its gain knows.
 
     Geometric mean over parts, horizons of 2 and 10 s, and speeds and position, so that no part counts for more because
     the vehicle errs more there.
+
+    Parameters
+    ----------
+    found : the probes
+    alone : the vehicle that is held against them; None for that beside which they stand
 
     Returns
     -------
@@ -217,11 +222,11 @@ def rollout_ratio_of(found: Probed) -> tuple[float, float]:
     """
     every = []
     for model, asked in (*found.held_out(block=True), *found.held_out(block=False)):
-        alone = rollout_errors(VehicleModel(model.vehicle, "alone"), asked, (2.0, 10.0))
+        named = rollout_errors(VehicleModel(alone or model.vehicle, "alone"), asked, (2.0, 10.0))
         ratios = []
         for name, errors in rollout_errors(model, asked, (2.0, 10.0)).items():
             if errors.squares:
-                own, its = (np.concatenate(each.squares).mean(axis=0) for each in (errors, alone[name]))
+                own, its = (np.concatenate(each.squares).mean(axis=0) for each in (errors, named[name]))
                 ratios.append(0.5 * np.log(np.maximum(own, 1e-300) / np.maximum(its, 1e-300)))
         if ratios:
             every.append(float(np.mean(ratios)))

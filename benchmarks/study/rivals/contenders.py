@@ -80,15 +80,16 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
     late = 0.0
     if whole:
         run = discover(data.run, progress=None)
-        vehicle, late = at_beginning(run.discovery.corrected), run.findings.command_offset
-    alone, vehicle = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
+        vehicle, late = run.discovery.corrected, run.findings.command_offset
+    alone, changing = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
+    vehicle = at_beginning(changing)
     left = measure_learnable_residual(vehicle, (data.split.train, data.split.validation))
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
-    chosen = best_of(candidates(data.split, vehicle, settings), learnable=left.worth_it)
+    chosen = best_of(candidates(data.split, vehicle, settings, alone=changing), learnable=left.worth_it)
     if chosen is None:
         return alone
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
-    model.name, model.vehicle = name, alone.vehicle
+    model.name, model.vehicle = name, at_beginning(alone.vehicle)
     return model
 
 

@@ -99,6 +99,13 @@ def test_a_correction_counts_by_what_probes_were_right_in(
     assert least <= rollout_ratio_of(found)[0] <= most + 1e-9
 
 
+def test_a_vehicle_that_knows_what_probes_learn_is_held_against_them(pushed: Split) -> None:
+    found = train_probes(pushed, held_out_parts(pushed.train, HULL, 10.0), lambda part: saying(part, 0.5))
+    knows = HULL.with_values({"surge_trim": PUSH})
+    assert rollout_ratio_of(found)[0] < 0.9
+    assert rollout_ratio_of(found, knows)[0] > 1.0, "such as one that changes by the minute"
+
+
 def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
     def fails(part: Split) -> NetworkModel:
         raise RequestError("training: the loss is nan")
