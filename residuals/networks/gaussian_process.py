@@ -32,7 +32,13 @@ class GaussianProcess(Network):
         self.head = nn.ParameterDict({"weight": fixed(torch.zeros(3, units))})
 
     def with_images(self, rows: Array, wanted: Array) -> tuple[Array, Array]:
-        """Standardised inputs (rows, inputs) and targets (rows, 3) that teach it, and what they say of other rows."""
+        """Training rows, and those that follow from them; here there are none.
+
+        Parameters
+        ----------
+        rows : standardised inputs (rows, inputs)
+        wanted : targets (rows, 3) in units of `scaling.output`
+        """
         return rows, wanted
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
