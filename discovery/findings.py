@@ -2,15 +2,15 @@
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.presentation import Card, each, from_above, number, percent, unit_text
+from ..physics.presentation import Card, each, from_above, listing, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
-from .effect_findings import EffectFinding, FittedTerm, Folds, rounded_probability
+from .effect_findings import LIKELY, EffectFinding, FittedTerm, Folds, Reason, rounded_probability
 from .identifiability.rehearsal import Identifiability
 from .lawful.laws_over import Passivity
 from .search.estimation import Interval
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 _IN_PLAY = 3
 """Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table, and no
 number that decides."""
+_LIKELIEST = 0.5 * LIKELY
+"""Odds from which on an undecided log tells of a name first: with a look-alike that does as well it may be likely."""
+_WHERE = ("from ", "being ")
+"""How a form begins that is constant from a minute on, or in a place."""
 NOTHING = 1e-8
 """Rounding of the force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
@@ -248,6 +252,42 @@ class PersistentResidual(Record):
         return f"{force} {share}, last for seconds and are explained by no effect that was looked for"
 
 
+class NamelessForce(NamedTuple):
+    """A force on an axis that no effect of the catalogue is.
+
+    Attributes
+    ----------
+    axis : its name
+    follows : the signals, as the end of "a force that follows"; nothing for a constant one
+    """
+
+    axis: str
+    follows: str
+
+    @property
+    def kind(self) -> str:
+        """Force or moment."""
+        return "moment" if self.axis == "yaw" else "force"
+
+    @property
+    def acts(self) -> str:
+        """What it does, as the end of a sentence about it."""
+        if self.follows and not self.follows.startswith(_WHERE):
+            return f"follows {self.follows}"
+        return f"is constant {self.follows.removeprefix('being ')}".rstrip()
+
+    @property
+    def in_words(self) -> str:
+        """The force, as a part of a sentence."""
+        return f"a {self.kind} in {self.axis} that {self.acts}"
+
+    @property
+    def sets_in(self) -> tuple[str, float] | None:
+        """The signal that it follows from a minute of the log on, empty for none, and that minute; None for others."""
+        found = re.fullmatch(r"(.*?) ?from minute ([\d.]+) on", self.follows)
+        return (found[1], float(found[2])) if found else None
+
+
 class OtherForm(Record):
     """Force on an axis that follows a signal, and that nothing which was selected explains, or explains as well.
 
@@ -267,21 +307,9 @@ class OtherForm(Record):
     unit: str
 
     @property
-    def kind(self) -> str:
-        """Force or moment."""
-        return "a moment" if self.unit == "N m" else "a force"
-
-    @property
     def in_words(self) -> str:
         """The form, as a part of a sentence."""
-        what = f"{self.kind} in {self.axis}"
-        return f"{what} that follows {self.follows}" if self.follows else f"{what} that is constant"
-
-    @property
-    def sets_in(self) -> tuple[str, float] | None:
-        """The signal that it follows from a minute of the log on, empty for none, and that minute; None for others."""
-        found = re.fullmatch(r"(.*?) ?from minute ([\d.]+) on", self.follows)
-        return (found[1], float(found[2])) if found else None
+        return NamelessForce(self.axis, self.follows).in_words
 
 
 def comes_and_goes(passing: Mapping[str, float]) -> str:
@@ -366,6 +394,21 @@ class Findings(Card, Record):
     def added(self) -> tuple[EffectFinding, ...]:
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
+
+    @property
+    def nameless(self) -> NamelessForce | None:
+        """The force that an undecided log tells of first: terms of the model, or what its rest follows.
+
+        None where a name is about as likely as not, or where nothing says what a force follows.
+        """
+        open_ = [c for c in self.candidates if c.verdict == "possible"]
+        if self.verdict != "undecided" or any(c.confidence >= _LIKELIEST or c.reason is Reason.FAINT for c in open_):
+            return None
+        for axis in [term.axis for term in self.unnamed[:1]]:
+            return NamelessForce(axis, listing([term.form for term in self.unnamed if term.axis == axis]))
+        lasts = [rest.axis for rest in self.rests[:1]]
+        forms = sorted(self.other_forms, key=lambda form: form.axis not in lasts)
+        return next((NamelessForce(form.axis, form.follows) for form in forms), None)
 
     @property
     def command_offset(self) -> float:

@@ -1,6 +1,6 @@
 """Words of the evidence: verdicts, sentences and the headline."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,6 +35,7 @@ from .lawful.refit import Lawful
 from .search.estimation import Interval
 from .search.floating import ALIVE, Search
 from .search.rival_explanations import ONE, all_thrusters
+from .search.scoring import MATERIAL
 
 _SAID = ("missing", "likely")
 _LEAST_FORCE = 1e-3
@@ -114,17 +115,9 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
-    headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, found, unnamed, in_play)
     other_forms, instead = g.tests.forms.selected, _best_substitute(g, in_play) if verdict == "undecided" else None
-    if instead is not None:
-        name, form = instead
-        reasons = (*reasons, f"{sentence_case(form.in_words)} explains more than {name} does.")
-        other_forms = (*other_forms, form)
-    reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
-    return Findings(
+    findings = Findings(
         verdict=verdict,
-        headline=headline,
-        reasons=reasons,
         missing=missing,
         likely=likely,
         candidates=tuple(found),
@@ -134,8 +127,14 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         passivity=lawful.passivity,
         rests=tuple(g.persistent),
         passing=g.passing,
-        other_forms=other_forms,
+        other_forms=other_forms if instead is None else (*other_forms, instead[1]),
     )
+    headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, findings, in_play)
+    if instead is not None:
+        name, form = instead
+        reasons = (*reasons, f"{sentence_case(form.in_words)} explains more than {name} does.")
+    reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
+    return findings.but(headline=headline, reasons=reasons)
 
 
 def _best_substitute(g: VerdictInputs, in_play: Sequence[EffectFinding]) -> tuple[str, OtherForm] | None:
@@ -297,32 +296,21 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
 
 
-def _headline(
-    g: VerdictInputs, found: Sequence[EffectFinding], unnamed: Sequence[FittedTerm], in_play: Sequence[EffectFinding]
-) -> tuple[str, tuple[str, ...]]:
+def _headline(g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFinding]) -> tuple[str, tuple[str, ...]]:
     """The verdict in a short sentence, and what else is to be known in others."""
+    found, unnamed = findings.candidates, findings.unnamed
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
     rests = [f"{sentence_case(rest.in_words)}." for rest in g.persistent]
     for form in g.tests.forms.selected[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{sentence_case(form.in_words)} stays unexplained, {share}.")
-    terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
+    terms = _so_many(unnamed)
     for said, probably in ((missing, ""), (likely, "probably ")):
         if said:
             return f"{_what_is_wrong(said, g.search.nominal, terms if unnamed else '', probably)}.", tuple(rests)
-    if in_play:
-        first, told = in_play[0], _at_best(in_play[0], found)
-        told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
-        where = f"It may be {listing([words(f.key) for f in in_play], 'or')}."
-        return f"Undecided: {told}.", (*[where] * any(f.effect not in told_of for f in in_play), *rests)
-    if g.persistent:
-        axes = list(dict.fromkeys(rest.axis for rest in g.persistent))
-        follows = next((f.follows for f in g.tests.forms.selected if f.axis == axes[0] and f.follows), "")
-        also = f"; {'it' if len(axes) == 1 else f'that in {axes[0]}'} follows {follows}" if follows else ""
-        return f"Undecided: part of the force in {_listed(axes)} has no name{also}.", tuple(rests)
-    if unnamed:
-        return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
+    if findings.verdict == "undecided":
+        return _undecided(g, findings, in_play, rests)
     unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
     if unjudged:
         text = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
@@ -331,6 +319,40 @@ def _headline(
     if passing:
         return f"Nothing material is missing that this log can show: {passing}", tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
+
+
+def _undecided(
+    g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFinding], rests: Sequence[str]
+) -> tuple[str, tuple[str, ...]]:
+    """What an undecided log tells of first, a name or a force without one, and what else is to be known."""
+    passing, force = comes_and_goes(_passing_alone(g)), findings.nameless
+    told = _at_best(in_play[0], findings.candidates) if in_play else ""
+    reasons = [*rests, *[passing] * bool(passing)]
+    if in_play:
+        first = in_play[0]
+        told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
+        if any(f.effect not in told_of for f in in_play):
+            reasons.insert(0, f"It may be {listing([words(f.key) for f in in_play], 'or')}.")
+    if force is not None:
+        none = f"no name is likely ({words(in_play[0].key)} {_odds(in_play[0])})" if in_play else "has no name"
+        told = f"part of the {force.axis} {force.kind} {force.acts}, and {none}"
+    elif not in_play and g.persistent:
+        told = f"part of the force in {listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))} has no name"
+        return f"Undecided: {told}. {passing}".strip(), tuple(rests)
+    elif not in_play:
+        told = f"the log asks for {_so_many(findings.unnamed)}"
+    return f"Undecided: {told}.", tuple(reasons)
+
+
+def _passing_alone(g: VerdictInputs) -> dict[str, float]:
+    """Shares of the force at work that come and go, without what lasts, by axis, largest first; material ones alone."""
+    lasting = {rest.axis: rest.share for rest in g.persistent}
+    alone = {axis: float(np.sqrt(max(s**2 - lasting.get(axis, 0.0) ** 2, 0.0))) for axis, s in g.passing.items()}
+    return {axis: alone[axis] for axis in sorted(alone, key=lambda axis: -alone[axis]) if alone[axis] > MATERIAL}
+
+
+def _so_many(unnamed: Sequence[FittedTerm]) -> str:
+    return f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
 
 
 def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, probably: str) -> str:
@@ -365,11 +387,11 @@ def _at_best(first: EffectFinding, found: Sequence[EffectFinding]) -> str:
         return (
             f"{either} is missing ({_percent(rounded_probability(together))} together), and this log cannot tell which"
         )
-    return f"something is missing; perhaps {_listed([first.key])} ({_percent(rounded_probability(first.confidence))})"
+    return f"something is missing; perhaps {words(first.key)} ({_odds(first)})"
 
 
-def _listed(names: Iterable[str]) -> str:
-    return listing([words(name) for name in names])
+def _odds(effect: EffectFinding) -> str:
+    return _percent(rounded_probability(effect.confidence))
 
 
 def _what(search: Search) -> str:

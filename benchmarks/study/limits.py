@@ -13,6 +13,7 @@ from .scoring import (
     accused,
     exact,
     false_names,
+    first_told,
     force_told,
     kind_of_world,
     label,
@@ -132,6 +133,12 @@ def _told_of_the_cause(least: float) -> Callable[[Records], Figure]:
         lambda r: named(r, "missing", "likely") or force_told(r),
         [r for r in _of(records, "nameless") if r["nameless"] and r["matters"] >= least],
     )
+
+
+def _first_told(records: Records) -> Figure:
+    """Of causes without a name whose log is undecided, and its headline tells of a force."""
+    some = [r for r in _of(records, "nameless") if r["nameless"] and first_told(r) is not None]
+    return share(lambda r: bool(first_told(r)), some)
 
 
 def _sound_refused(records: Records) -> Figure:
@@ -304,6 +311,7 @@ NAMELESS = (
     Row("a false name is likely", _false("likely", "nameless"), high=0.04),
     Row("told of the cause in part, or as a force of the right axis and variable", _told_of_the_cause(0.0), 0.92),
     Row("the same, of causes that make a material part of the error of their log", _told_of_the_cause(MATERIAL)),
+    Row("an undecided headline that tells first of a force: one of the right axis and variable", _first_told),
     Row(_WRITTEN, _fresh("nameless"), high=0.0),
 )
 SENSORS = (

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
-from ...discovery.findings import Findings, OtherForm, Step, comes_and_goes
+from ...discovery.findings import Findings, NamelessForce, Step, comes_and_goes
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, sentence_case, share_removed, words
 from ...physics.vehicle import Vehicle
@@ -324,17 +324,19 @@ def _in_play(findings: Findings) -> str:
     own = [item.symbol for item in findings.calibrated]
     if own:
         names.append(f"the file's own numbers, calibrated ({listing(own)})")
+    force = findings.nameless
+    here = force.in_words if force else ""
     if findings.unnamed:
-        names.append("a force without a name")
+        names.insert(0, f"{here or 'a force'} without a name")
     if names:
-        return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."
+        beside = f"; in no model, {here}" if here and not findings.unnamed else ""
+        return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}{beside}."
+    if force:
+        return f"no name; {here}."
     perhaps = [with_odds(c) for c in in_order(findings.candidates) if c.verdict == "possible" and not c.cannot_tell]
     if perhaps:
         return f"perhaps {listing(perhaps[:_IN_PLAY])}; model.yaml has none of it."
     if findings.rests:
-        form = _leading_form(findings)
-        if form is not None:
-            return f"no name; {form.in_words}."
         return f"no name; in {listing([rest.axis for rest in findings.rests])} a force lasts that nothing explains."
     if findings.criterion.unjudged:
         return f"nothing in {listing(findings.criterion.unjudged)} was judged."
@@ -344,13 +346,6 @@ def _in_play(findings: Findings) -> str:
 def _first(names: Sequence[str], most: int) -> list[str]:
     """The first of some names, and how many more there are."""
     return [*names[:most], *[f"{len(names) - most} more"] * (len(names) > most)]
-
-
-def _leading_form(findings: Findings) -> OtherForm | None:
-    """The form that a lasting force follows on its axis, where no name stands in the model."""
-    axes = [rest.axis for rest in findings.rests]
-    forms = () if findings.added else findings.other_forms
-    return next((form for form in forms if form.follows and form.axis in axes[:1]), None)
 
 
 def _with_rivals(item: EffectFinding) -> str:
@@ -366,10 +361,10 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if unjudged:
         channels = listing([_SPEEDS[axis] for axis in unjudged])
         return f"log {channels} by another sensor, or give positions: what is logged may be wrong, so none was judged."
-    form = _leading_form(findings)
-    if form is not None and form.sets_in is not None:
-        signal, minute = form.sets_in
-        what = f"{form.kind} in {form.axis} {f'that follows {signal}' if signal else 'that is constant'}"
+    force = findings.nameless
+    if force is not None and force.sets_in is not None:
+        signal, minute = force.sets_in
+        what = NamelessForce(force.axis, signal).in_words
         asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
         return f"{asked}: {what} sets in there."
     for advice in findings.advice[:1]:

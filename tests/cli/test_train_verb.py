@@ -328,7 +328,8 @@ def test_how_much_it_errs_on_rows_that_it_did_not_learn_is_told() -> None:
     from undertow.reports.model_words import on_judged_rows
 
     def model(**metres: float) -> ComparedModel:
-        return ComparedModel(name="a model", rollout={key[1:]: {"position": size} for key, size in metres.items()})
+        rollout = {key[1:]: {"position": size} for key, size in metres.items()}
+        return ComparedModel.model_validate({"name": "a model", "rollout": rollout})
 
     alone = model(h2=0.1, h10=0.5, h30=2.0)
     (less,), (more,) = (on_judged_rows(alone, model(h2=0.1, h10=size, h30=2.0)) for size in (0.4, 0.6))

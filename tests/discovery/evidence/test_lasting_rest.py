@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import discover
+from undertow.discovery import discover, verdicts
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.unexplained import find_persistent_residuals
-from undertow.discovery.findings import PersistentResidual
+from undertow.discovery.evidence.unmodelled_forces import UnmodelledForces
+from undertow.discovery.findings import OtherForm, PersistentResidual
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -77,6 +78,31 @@ def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):
     findings = find_missing([motion], HULL).findings
     assert findings.verdict != "nothing missing"
     assert [reason.partition(" of the ")[0] for reason in findings.reasons[:2]] == ["4.2 N m", "5.1 N"]
+
+
+def test_what_comes_and_goes_is_told_where_nothing_else_is_known(monkeypatch: pytest.MonkeyPatch):
+    rest = PersistentResidual(axis="surge", force=4.2, share=0.13, unit="N")
+    monkeypatch.setattr(discover, "find_persistent_residuals", lambda *_: (rest,))
+    monkeypatch.setattr(discover, "find_passing_residuals", lambda *_: {"sway": 0.74, "surge": 0.16})
+    headline = find_missing([world("field", waves=0.4)], HULL).findings.headline  # rollouts judge
+    assert headline.startswith("Undecided: part of the force in surge has no name. 74")
+    assert headline.endswith("% of the force at work in sway comes and goes within seconds, as in waves and gusts.")
+
+
+def test_a_force_without_a_name_is_told_before_a_name_that_is_not_likely(monkeypatch: pytest.MonkeyPatch):
+    motion, form = (
+        world("field", hidden=-1.6),
+        OtherForm(axis="surge", follows="u from minute 1.3 on", force=4.0, share=0.2, unit="N"),
+    )
+    monkeypatch.setattr(discover, "fit_unmodelled_forces", lambda *_: UnmodelledForces((form,)))
+    for sure, told in (
+        (0.13, "part of the surge force follows u from minute 1.3 on, and no name is likely"),
+        (0.6, "something is missing; perhaps"),
+    ):
+        monkeypatch.setattr(verdicts, "probability", lambda _, sure=sure: sure)
+        headline = find_missing([motion], HULL).findings.headline
+        assert headline.startswith(f"Undecided: {told}")
+        assert "surge quadratic damping" in headline
 
 
 def test_a_log_that_leaves_a_part_of_its_force_is_not_said_to_miss_nothing(monkeypatch: pytest.MonkeyPatch):

@@ -258,7 +258,7 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
         ),
         (
             "",
-            "no name; in yaw a force lasts that nothing explains.",
+            "no name; a moment in yaw that is constant.",
             "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
         ),
     ],

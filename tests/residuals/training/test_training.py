@@ -557,11 +557,11 @@ def test_what_is_fitted_at_once_learns_what_told_its_gain(monkeypatch: pytest.Mo
     found = train(parts, HULL, Choice("ridge"), settings=settings, auditor=audited)
     assert found.seconds == pytest.approx(parts.train.seconds + parts.validation.seconds)
     assert not any(found.model.beyond(motion).any() for motion in parts.validation.motions)
-    weights = found.model.network.head["weight"]
-    assert torch.equal(asked[-1].network.head["weight"], weights), "what is written is audited"
+    weights = found.model.network.state_dict()["head.weight"]
+    assert torch.equal(asked[-1].network.state_dict()["head.weight"], weights), "what is written is audited"
     monkeypatch.setattr(epochs, "_refit", lambda *given: None)
     before = train(parts, HULL, Choice("ridge"), settings=settings)
-    assert not torch.equal(before.model.network.head["weight"], weights)
+    assert not torch.equal(before.model.network.state_dict()["head.weight"], weights)
     gains = [one.model.network.gain for one in (before, found)]
     assert gains[0] is not None
     assert gains[1] is not None
