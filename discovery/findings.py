@@ -287,6 +287,11 @@ class NamelessForce(NamedTuple):
         found = re.fullmatch(r"(.*?) ?from minute ([\d.]+) on", self.follows)
         return (found[1], float(found[2])) if found else None
 
+    @property
+    def local(self) -> bool:
+        """True of a force that acts on one side of a line on the water."""
+        return bool(re.search(r"\b(north|south|east|west)\w* of -?[\d.]+ m$", self.follows))
+
 
 class OtherForm(Record):
     """Force on an axis that follows a signal, and that nothing which was selected explains, or explains as well.

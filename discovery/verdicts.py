@@ -328,7 +328,7 @@ def _undecided(
     passing, force = comes_and_goes(_passing_alone(g)), findings.nameless
     told = _at_best(in_play[0], findings.candidates) if in_play else ""
     reasons = [*rests, *[passing] * bool(passing)]
-    if in_play:
+    if in_play and force is None:
         first = in_play[0]
         told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
         if any(f.effect not in told_of for f in in_play):

@@ -20,8 +20,8 @@ _LEVEL = 0.01
 """Share by which an error must change to be called changed; `residuals.paired` asks for as much."""
 _TENTH = 0.1
 """Share of the unseen error from which on nobody can say that nothing is missing while the model changes it."""
-_IN_PLAY = 4
-"""Names that a line of those in play has; of more it says how many they are."""
+_IN_PLAY, _BESIDE = 4, 2
+"""Names that a line of those in play has, and beside a force without a name; of more it says how many they are."""
 _TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
 """Over the effects of a run, where its verdict is not an open one."""
 _SETTLED = "Nothing is missing that this log can show."
@@ -319,18 +319,17 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
 
 def _in_play(findings: Findings) -> str:
     """The names in play with their odds, the surest first, and what may stand in their place."""
-    held = in_order(findings.added)
-    names = _first([_with_rivals(item) for item in held], _IN_PLAY)
+    force = findings.nameless
+    here, most = (force.in_words, _BESIDE) if force else ("a force", _IN_PLAY)
+    names = _first([_with_rivals(item) for item in in_order(findings.added)], most)
     own = [item.symbol for item in findings.calibrated]
     if own:
         names.append(f"the file's own numbers, calibrated ({listing(own)})")
-    force = findings.nameless
-    here = force.in_words if force else ""
     if findings.unnamed:
-        names.insert(0, f"{here or 'a force'} without a name")
+        names.insert(0, f"{here} without a name")
     if names:
-        beside = f"; in no model, {here}" if here and not findings.unnamed else ""
-        return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}{beside}."
+        first = f"{here}, which no model has; " if force and not findings.unnamed else ""
+        return f"{first}{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."
     if force:
         return f"no name; {here}."
     perhaps = [with_odds(c) for c in in_order(findings.candidates) if c.verdict == "possible" and not c.cannot_tell]
@@ -367,6 +366,9 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         what = NamelessForce(force.axis, signal).in_words
         asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
         return f"{asked}: {what} sets in there."
+    if force is not None and force.local:
+        asked = "drive there and elsewhere once more, for a wall, a shoal or what happened there may be the cause"
+        return f"{asked}: {force.in_words}."
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."

@@ -10,7 +10,7 @@ from sample_run import write_sample
 from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
-from undertow.discovery.findings import Findings, Rise, Step
+from undertow.discovery.findings import Findings, NamelessForce, Rise, Step
 from undertow.physics.presentation import NARROW, sentence_case
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
@@ -252,6 +252,12 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
             "follows the thrust of port sets in there.",
         ),
         (
+            "r northwest of -1.2 m",
+            "no name; a moment in yaw that follows r northwest of -1.2 m.",
+            "drive there and elsewhere once more, for a wall, a shoal or what happened there may be the cause: a "
+            "moment in yaw that follows r northwest of -1.2 m.",
+        ),
+        (
             "r|r|^0.5",
             "no name; a moment in yaw that follows r|r|^0.5.",
             "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
@@ -275,6 +281,30 @@ def test_what_a_force_that_lasts_follows_is_in_play_and_says_where_to_look(follo
     )
     _, second, third = answer(found, judged("nominal", nominal=2.0), BOAT)
     assert (second.text, third.text) == (play, step)
+
+
+@pytest.mark.parametrize(("sure", "first"), [(0.39, True), (0.4, False)])
+def test_a_force_without_a_name_stands_before_names_that_are_not_likely(sure: float, first: bool):
+    form = {"axis": "surge", "follows": "u from minute 1.3 on", "force": 4.0, "share": 0.2, "unit": "N"}
+    two = open_story(2.0, 1.0).candidates
+    found = open_story(2.0, 1.0, candidates=[c.but(confidence=sure) for c in two], other_forms=[form])
+    assert (found.nameless is not None) is first
+    _, play, step = answer(found, judged("corrected", nominal=2.0, corrected=1.0), BOAT)
+    assert play.text.startswith("a force in surge that follows u from minute 1.3 on, which no model has; ") is first
+    assert step.text.startswith("find out what happened at about minute 1.3") is first
+
+
+@pytest.mark.parametrize(
+    ("follows", "told"),
+    [
+        ("u|u|", "a moment in yaw that follows u|u|"),
+        ("", "a moment in yaw that is constant"),
+        ("from minute 2.7 on", "a moment in yaw that is constant from minute 2.7 on"),
+        ("being north of 18 m", "a moment in yaw that is constant north of 18 m"),
+    ],
+)
+def test_a_force_without_a_name_reads_as_a_sentence(follows: str, told: str):
+    assert NamelessForce("yaw", follows).in_words == told
 
 
 def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches():
