@@ -1,15 +1,15 @@
 """How long the command line takes and how much memory, imports included, against what is asked of it.
 
     python benchmarks/speed.py [--no-answers] [--growth MINUTES ...] [--rows 1000000] [--networks] [--compression]
-        [--rollouts] [--field FOLDER] [--table docs/performance.md]
+        [--rollouts] [--field FOLDER] [--foreign LOGS] [--table docs/performance.md]
 
 Each figure is the best of some runs of the command line (five of an answer and of the demo), each in a process of its
 own, and the largest memory of these: the speed of a machine changes as others use it. `--growth` adds `discover` on
 logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of a log of that many rows,
 `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and BLAS (see
 `compression.py`), `--rollouts` a batch of rollouts against other ways (see `losses.py`), `--field` a discovery in the
-logs of a real BlueBoat (see `examples/real_blueboat.py`). What is left out keeps its section of the page. Exit code 1
-where a limit is broken.
+logs of a real BlueBoat (see `examples/real_blueboat.py`), `--foreign` one in each of that many foreign logs. What is
+left out keeps its section of the page. Exit code 1 where a limit is broken.
 """
 
 import argparse
@@ -27,12 +27,15 @@ import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
 from measured import Figures, measure_parts
 from rollouts import against_others
+from study.studies import STUDIES
 
 from undertow.physics.vehicle import vehicle_from_dict
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = ("surge_quadratic_damping=-6", "thruster_asymmetry=0.8", "steady_current=0.2,-0.1", "sway_lift=8")
 RATE = 20.0
+_SLOW = 10.0
+"""Time of an answer [s] under which nine of ten foreign logs are to be answered."""
 HOW = (
     "Times of the command line are wall times, imports included, the best of five runs of an answer and of the demo "
     "and of two of a comparison, and memory is the largest that a run held."
@@ -103,6 +106,24 @@ def field(figures: Figures, folder: Path, logs: Path) -> None:
     figures.tell("the same, memory", peak, None, "MB")
 
 
+def foreign(figures: Figures, folder: Path, count: int) -> None:
+    """`discover` with its page in some logs of the foreign worlds that are reported, each once."""
+    seconds, peaks = [], []
+    for study in ("foreign", "others"):
+        for kind, seed in STUDIES[study].keys("reporting")[: (count + 1) // 2]:
+            logged = STUDIES[study].logged(kind, seed)
+            logged.vehicle.save(folder / "foreign.yaml")
+            words = ["discover", str(logged.write(folder / "foreign.csv")), "-v", "foreign.yaml", "--out", "foreign"]
+            took, peak = run([*words, "--force"], folder)
+            print(f"{study}, {kind} {seed}: {took:.1f} s", flush=True)
+            seconds.append(took)
+            peaks.append(peak)
+    slow = 100.0 * float(np.mean(np.array(seconds) >= _SLOW))
+    figures.tell(f"discover, {len(seconds)} foreign logs of 4 min: the median", float(np.median(seconds)), None, "s")
+    figures.tell(f"the same: share that takes {_SLOW:g} s and more", slow, 10.0, "%")
+    figures.tell("the same, memory", max(peaks), None, "MB")
+
+
 def _import(folder: Path) -> float:
     code = "import time; t = time.perf_counter(); import undertow; print(time.perf_counter() - t)"
     return float(subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, capture_output=True).stdout)
@@ -152,6 +173,7 @@ def main() -> int:
     parser.add_argument("--compression", action="store_true")
     parser.add_argument("--rollouts", action="store_true")
     parser.add_argument("--field", type=Path, metavar="FOLDER")
+    parser.add_argument("--foreign", type=int, default=0, metavar="LOGS")
     parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
 
@@ -168,6 +190,7 @@ def main() -> int:
             "a comparison with networks": (chosen.networks, lambda f: networks(f, folder)),
             "compression": (chosen.compression, compression),
             "rollouts": (chosen.rollouts, against_others),
+            "foreign logs": (chosen.foreign > 0, lambda f: foreign(f, folder, chosen.foreign)),
             "field logs": (chosen.field is not None, lambda f: field(f, folder, chosen.field)),
         }
         asked = {name: measure for name, (wanted, measure) in parts.items() if wanted}
