@@ -159,7 +159,7 @@ class _RolloutTerms(Products):
         inertia = mass_matrix(one)
         if water(one) == water(other) and np.array_equal(inertia, mass_matrix(other)):
             parts = [merge_products(self.force_parts(balances(vehicle), vehicle)) for vehicle in (one, other)]
-            inverse = ForceEquation(one).inverse_mass
+            inverse = np.linalg.inv(inertia)
             return np.asarray(np.einsum("ij,jks->kis", inverse, self.summed(subtract_products(*parts))), dtype=float)
         return self._accelerations(one) - self._accelerations(other)
 
