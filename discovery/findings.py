@@ -1,16 +1,18 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
 import re
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.file_records import Flag, Number, Record, Whole, absent
+from ..physics.momentum_balance import HYDRODYNAMIC
+from ..physics.motion import AXES
 from ..physics.presentation import Card, each, from_above, listing, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
-from .effect_findings import LIKELY, EffectFinding, FittedTerm, Folds, Reason, rounded_probability
+from .effect_findings import EffectFinding, FittedTerm, Folds, rounded_probability
 from .identifiability.rehearsal import Identifiability
 from .lawful.laws_over import Passivity
 from .search.estimation import Interval
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
 _IN_PLAY = 3
 """Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table, and no
 number that decides."""
-_LIKELIEST = 0.5 * LIKELY
-"""Odds from which on an undecided log tells of a name first: with a look-alike that does as well it may be likely."""
 _WHERE = ("from ", "being ")
 """How a form begins that is constant from a minute on, or in a place."""
 NOTHING = 1e-8
@@ -252,8 +252,8 @@ class PersistentResidual(Record):
         return f"{force} {share}, last for seconds and are explained by no effect that was looked for"
 
 
-class NamelessForce(NamedTuple):
-    """A force on an axis that no effect of the catalogue is.
+class NamelessForce(Record):
+    """A force on an axis that no law of the catalogue is.
 
     Attributes
     ----------
@@ -272,9 +272,11 @@ class NamelessForce(NamedTuple):
     @property
     def acts(self) -> str:
         """What it does, as the end of a sentence about it."""
-        if self.follows and not self.follows.startswith(_WHERE):
-            return f"follows {self.follows}"
-        return f"is constant {self.follows.removeprefix('being ')}".rstrip()
+        if not self.follows:
+            return "is constant"
+        if self.follows.startswith(_WHERE):
+            return f"is there {self.follows.removeprefix('being ')}"
+        return f"follows {self.follows}"
 
     @property
     def in_words(self) -> str:
@@ -292,29 +294,50 @@ class NamelessForce(NamedTuple):
         """True of a force that acts on one side of a line on the water."""
         return bool(re.search(r"\b(north|south|east|west)\w* of -?[\d.]+ m$", self.follows))
 
+    @property
+    def of_state(self) -> bool:
+        """True of a force that follows speeds and thrusts alone, so that a network could learn it."""
+        return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from part", self.follows))
 
-class OtherForm(Record):
+
+class OtherForm(NamelessForce):
     """Force on an axis that follows a signal, and that nothing which was selected explains, or explains as well.
 
     Attributes
     ----------
-    axis : its name
-    follows : the signal, as the end of "a force that follows"; nothing for a constant force
+    axis, follows : as of any `NamelessForce`
     force : root mean square of what it explains beside the model [`unit`]
     share : the same as a share of the force at work
     unit : of the force
     """
 
-    axis: str
-    follows: str
     force: Number
     share: Number
     unit: str
 
-    @property
-    def in_words(self) -> str:
-        """The form, as a part of a sentence."""
-        return NamelessForce(self.axis, self.follows).in_words
+
+def leading_force(
+    terms: Sequence[tuple[str, str]], forms: Sequence[tuple[str, str]], lasting: Sequence[str], *, rollouts: bool
+) -> NamelessForce | None:
+    """The force without a name that an open verdict tells of: terms of the model, else what its rest follows.
+
+    A law of the catalogue is none. Where rollouts judge, waves and sensors that drift move sway and yaw about as much
+    as forces do, and the rest of the force balance follows them: there a form must be in surge, or of a force that
+    lasts.
+
+    Parameters
+    ----------
+    terms, forms : axis and form of each term without a name, and of each force that the rest follows, the best first
+    lasting : axes on which a force lasts that nothing explains, the largest first
+    rollouts : whether these judge
+    """
+    if terms:
+        axis = terms[0][0]
+        return NamelessForce(axis=axis, follows=listing([form for where, form in terms if where == axis]))
+    known = {(AXES[axis], form.text) for _, axis, form in HYDRODYNAMIC} | {(axis, "") for axis in AXES}
+    seen = [one for one in forms if one not in known and (not rollouts or one[0] in ("surge", *lasting))]
+    first = min(seen, key=lambda one: one[0] not in lasting[:1], default=None)
+    return None if first is None else NamelessForce(axis=first[0], follows=first[1])
 
 
 def comes_and_goes(passing: Mapping[str, float]) -> str:
@@ -354,6 +377,7 @@ class Findings(Card, Record):
     passing : where rollouts judge, shares of the force at work that come and go within seconds, by axis, largest first
     other_forms : what the rest of the model follows, looked for where an effect would be named; and last, of an
         undecided log, what explains more in the place of a doubtful effect
+    nameless : the force without a name that an undecided log tells of before names, none of which is likely
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
@@ -383,6 +407,7 @@ class Findings(Card, Record):
     rests: tuple[PersistentResidual, ...] = ()
     passing: Mapping[str, Number] = Field(default={}, exclude_if=lambda value: not value)
     other_forms: tuple[OtherForm, ...] = ()
+    nameless: NamelessForce | None = absent()
     calibrated: tuple[Calibrated, ...] = ()
     left: tuple[NotCalibrated, ...] = ()
     absorbed: tuple[str, ...] = ()
@@ -399,21 +424,6 @@ class Findings(Card, Record):
     def added(self) -> tuple[EffectFinding, ...]:
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
-
-    @property
-    def nameless(self) -> NamelessForce | None:
-        """The force that an undecided log tells of first: terms of the model, or what its rest follows.
-
-        None where a name is about as likely as not, or where nothing says what a force follows.
-        """
-        open_ = [c for c in self.candidates if c.verdict == "possible"]
-        if self.verdict != "undecided" or any(c.confidence >= _LIKELIEST or c.reason is Reason.FAINT for c in open_):
-            return None
-        for axis in [term.axis for term in self.unnamed[:1]]:
-            return NamelessForce(axis, listing([term.form for term in self.unnamed if term.axis == axis]))
-        lasts = [rest.axis for rest in self.rests[:1]]
-        forms = sorted(self.other_forms, key=lambda form: form.axis not in lasts)
-        return next((NamelessForce(form.axis, form.follows) for form in forms), None)
 
     @property
     def command_offset(self) -> float:

@@ -27,7 +27,16 @@ from .effect_findings import (
 )
 from .evidence.invariance import ONE_SIZE
 from .evidence.weighing import PERHAPS, Evidence
-from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual, comes_and_goes
+from .findings import (
+    NOTHING,
+    Criterion,
+    Findings,
+    NamelessForce,
+    OtherForm,
+    PersistentResidual,
+    comes_and_goes,
+    leading_force,
+)
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -38,6 +47,8 @@ from .search.rival_explanations import ONE, all_thrusters
 from .search.scoring import MATERIAL
 
 _SAID = ("missing", "likely")
+_LIKELIEST = 0.5 * LIKELY
+"""Odds from which on an undecided log tells of a name first: with a look-alike that does as well it may be likely."""
 _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] that rounding makes in a noise-free log of a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
@@ -116,6 +127,8 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
     unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
     other_forms, instead = g.tests.forms.selected, _best_substitute(g, in_play) if verdict == "undecided" else None
+    forms = other_forms if instead is None else (*other_forms, instead[1])
+    unlikely = verdict == "undecided" and not still and not (in_play and _is_told_first(in_play[0]))
     findings = Findings(
         verdict=verdict,
         missing=missing,
@@ -127,7 +140,8 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         passivity=lawful.passivity,
         rests=tuple(g.persistent),
         passing=g.passing,
-        other_forms=other_forms if instead is None else (*other_forms, instead[1]),
+        other_forms=forms,
+        nameless=_nameless(g, unnamed, forms) if unlikely else None,
     )
     headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, findings, in_play)
     if instead is not None:
@@ -135,6 +149,21 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         reasons = (*reasons, f"{sentence_case(form.in_words)} explains more than {name} does.")
     reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
     return findings.but(headline=headline, reasons=reasons)
+
+
+def _is_told_first(first: EffectFinding) -> bool:
+    """Whether an undecided log tells of its best name before any force without one."""
+    return first.reason is Reason.FAINT or first.confidence >= _LIKELIEST
+
+
+def _nameless(g: VerdictInputs, unnamed: Sequence[FittedTerm], forms: Sequence[OtherForm]) -> NamelessForce | None:
+    """The force without a name that is known best."""
+    return leading_force(
+        [(term.axis, term.form) for term in unnamed],
+        [(form.axis, form.follows) for form in forms],
+        [rest.axis for rest in g.persistent],
+        rollouts=not g.search.balance.forces,
+    )
 
 
 def _best_substitute(g: VerdictInputs, in_play: Sequence[EffectFinding]) -> tuple[str, OtherForm] | None:
@@ -272,8 +301,10 @@ def _explanation(g: VerdictInputs, e: Evidence, reason: Reason, terms: Sequence[
     if reason is Reason.FAINT:
         return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
     if reason is Reason.FILE_VALUE:
-        where = "near" if g.claims[e.key].null_excluded else "within"
-        return f"what the vehicle file says lies {where} the 95 % interval of {listing([t.symbol for t in terms])}"
+        where, symbols = "near" if g.claims[e.key].null_excluded else "within", [t.symbol for t in terms]
+        filed = any(g.search.nominal.value(s) != g.search.nominal.parameter(s).null for s in symbols)
+        says = "what the vehicle file says" if filed else "none of it, as in the vehicle file,"
+        return f"{says} lies {where} the 95 % interval of {listing(symbols)}"
     return g.added_by_name.get(e.key) or g.tests.explanations(e).get(reason, rivals)
 
 
@@ -301,11 +332,13 @@ def _headline(g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFind
     found, unnamed = findings.candidates, findings.unnamed
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
     rests = [f"{sentence_case(rest.in_words)}." for rest in g.persistent]
-    for form in g.tests.forms.selected[:1]:
+    lead = findings.nameless
+    told = [form for form in findings.other_forms if lead and (form.axis, form.follows) == (lead.axis, lead.follows)]
+    for form in (*told, *g.tests.forms.selected)[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{sentence_case(form.in_words)} stays unexplained, {share}.")
-    terms = _so_many(unnamed)
+    terms = _so_many(len(unnamed))
     for said, probably in ((missing, ""), (likely, "probably ")):
         if said:
             return f"{_what_is_wrong(said, g.search.nominal, terms if unnamed else '', probably)}.", tuple(rests)
@@ -325,34 +358,41 @@ def _undecided(
     g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFinding], rests: Sequence[str]
 ) -> tuple[str, tuple[str, ...]]:
     """What an undecided log tells of first, a name or a force without one, and what else is to be known."""
-    passing, force = comes_and_goes(_passing_alone(g)), findings.nameless
+    passing, force = comes_and_goes(_passing_alone(g, findings)), findings.nameless
     told = _at_best(in_play[0], findings.candidates) if in_play else ""
     reasons = [*rests, *[passing] * bool(passing)]
-    if in_play and force is None:
+    if force is not None:
+        none = f"no name is likely ({words(in_play[0].key)} {_odds(in_play[0])})" if in_play else "has no name"
+        told = f"part of the {force.axis} {force.kind} {force.acts}, and {none}"
+        more = sum(term.axis != force.axis for term in findings.unnamed)
+        if more:
+            reasons.append(f"On other axes, the log asks for {_so_many(more)}.")
+    elif in_play:
         first = in_play[0]
         told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
         if any(f.effect not in told_of for f in in_play):
             reasons.insert(0, f"It may be {listing([words(f.key) for f in in_play], 'or')}.")
-    if force is not None:
-        none = f"no name is likely ({words(in_play[0].key)} {_odds(in_play[0])})" if in_play else "has no name"
-        told = f"part of the {force.axis} {force.kind} {force.acts}, and {none}"
-    elif not in_play and g.persistent:
+    else:
         told = f"part of the force in {listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))} has no name"
         return f"Undecided: {told}. {passing}".strip(), tuple(rests)
-    elif not in_play:
-        told = f"the log asks for {_so_many(findings.unnamed)}"
     return f"Undecided: {told}.", tuple(reasons)
 
 
-def _passing_alone(g: VerdictInputs) -> dict[str, float]:
-    """Shares of the force at work that come and go, without what lasts, by axis, largest first; material ones alone."""
+def _passing_alone(g: VerdictInputs, findings: Findings) -> dict[str, float]:
+    """Shares of the force at work that come and go, by axis, largest first, material ones alone.
+
+    Without what lasts, and without axes on which the rest is known to follow something.
+    """
     lasting = {rest.axis: rest.share for rest in g.persistent}
+    known = {form.axis for form in findings.other_forms} | {term.axis for term in findings.unnamed}
     alone = {axis: float(np.sqrt(max(s**2 - lasting.get(axis, 0.0) ** 2, 0.0))) for axis, s in g.passing.items()}
-    return {axis: alone[axis] for axis in sorted(alone, key=lambda axis: -alone[axis]) if alone[axis] > MATERIAL}
+    return {
+        axis: s for axis, s in sorted(alone.items(), key=lambda item: -item[1]) if s > MATERIAL and axis not in known
+    }
 
 
-def _so_many(unnamed: Sequence[FittedTerm]) -> str:
-    return f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
+def _so_many(count: int) -> str:
+    return f"{count} term{'s' * (count > 1)} that nobody has named"
 
 
 def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, probably: str) -> str:

@@ -13,10 +13,11 @@ from .scoring import (
     accused,
     exact,
     false_names,
-    first_told,
     force_told,
     kind_of_world,
     label,
+    leads,
+    leads_rightly,
     log_score,
     named,
     refused_rightly,
@@ -135,10 +136,16 @@ def _told_of_the_cause(least: float) -> Callable[[Records], Figure]:
     )
 
 
-def _first_told(records: Records) -> Figure:
-    """Of causes without a name whose log is undecided, and its headline tells of a force."""
-    some = [r for r in _of(records, "nameless") if r["nameless"] and first_told(r) is not None]
-    return share(lambda r: bool(first_told(r)), some)
+def _led(records: Records) -> Figure:
+    """Of causes without a name whose undecided headline tells first of a force."""
+    return share(leads_rightly, [r for r in _of(records, "nameless") if r["nameless"] and leads(r)])
+
+
+def _led_astray(*studies: str) -> Callable[[Records], Figure]:
+    """Of logs whose cause has a name."""
+    return lambda records: share(
+        lambda r: leads(r) is not None, [r for r in _of(records, *studies) if r["true"] or r["part"]]
+    )
 
 
 def _sound_refused(records: Records) -> Figure:
@@ -235,6 +242,7 @@ def _against_verdicts(records: Records) -> Figure:
     return Figure(own - other, len(pairs), f"{own:.4f} against {other:.4f} ({len(pairs)} names)")
 
 
+_ASTRAY = "undecided, and the headline tells first of a force without a name, though the cause has one"
 _WRITTEN = "on another run, the written model errs more than the best of the others"
 _RICH = ("singles", "rough", "clean")
 HIDDEN = (
@@ -264,6 +272,7 @@ SEAS = (
     Row("a false name is missing", _false("missing", "seas"), high=0.01),
     Row("a false name is likely", _false("likely", "seas"), high=0.03),
     Row("95 % intervals hold the truth", _covered("seas"), 0.92, 0.98),
+    Row(_ASTRAY, _led_astray("seas")),
     Row(_WRITTEN, _fresh("seas"), high=0.0),
 )
 SEVERAL = (
@@ -304,6 +313,7 @@ FOREIGN = (
     Row("the same, of those that a judge who knows the truth could tell", lambda r: _mute(r, tellable=True)),
     Row("95 % intervals hold the truth", _covered("foreign", "others"), 0.92, 0.98),
     Row(_WRITTEN, _fresh("foreign", "others"), high=0.0),
+    Row(_ASTRAY, _led_astray("foreign", "others")),
     Row("answered within 10 s", _slow, 0.9),
 )
 NAMELESS = (
@@ -311,7 +321,7 @@ NAMELESS = (
     Row("a false name is likely", _false("likely", "nameless"), high=0.04),
     Row("told of the cause in part, or as a force of the right axis and variable", _told_of_the_cause(0.0), 0.92),
     Row("the same, of causes that make a material part of the error of their log", _told_of_the_cause(MATERIAL)),
-    Row("an undecided headline that tells first of a force: one of the right axis and variable", _first_told),
+    Row("an undecided headline that tells first of a force: one of the right axis and variable", _led),
     Row(_WRITTEN, _fresh("nameless"), high=0.0),
 )
 SENSORS = (
@@ -325,6 +335,7 @@ SENSORS = (
 FIELD = (
     Row("a false name is missing", _false("missing", "field"), high=0.01),
     Row("a false name is likely", _false("likely", "field")),
+    Row(_ASTRAY, _led_astray("field")),
     Row(
         "in Gazebo and what was withheld once: something true is missing or likely",
         lambda records: share(lambda r: named(r, "missing", "likely"), [r for r in _of(records, "field") if r["true"]]),

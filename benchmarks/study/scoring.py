@@ -8,9 +8,11 @@ from typing import Any, get_args
 
 import numpy as np
 
+from undertow.discovery.balance.shooting import TRIFLE
 from undertow.discovery.effect_findings import LIKELY, Claim, Verdict
+from undertow.discovery.findings import NamelessForce, leading_force
 from undertow.discovery.judgement import Odds, verdict
-from undertow.discovery.search.scoring import MATERIAL as LASTING
+from undertow.discovery.search.scoring import MATERIAL as AT_WORK
 
 from .foreign_kinds import KINDS
 from .records import ROOT
@@ -144,35 +146,46 @@ def follows(text: str) -> set[str]:
     return found | (set(speeds) & set("uvr"))
 
 
-def terms_told(record: Record) -> list[tuple[str, str]]:
+def terms_of(record: Record) -> list[tuple[str, str]]:
     """Axis and form of each term without a name."""
     return [(axis, form) for axis, _, form in (term.partition(":") for term in record.get("unnamed", ()))]
 
 
 def force_told(record: Record) -> bool:
     """Whether a force without a name is told on the right axis, as one that follows the right signal."""
-    told = [(axis, text) for axis, text, *_ in record.get("forms", ())] + terms_told(record)
+    told = [(axis, text) for axis, text, *_ in record.get("forms", ())] + terms_of(record)
     # The headline says on which axis most comes and goes where nothing is missing, or nothing else is known of a rest.
     if record["verdict"] == "nothing missing" or not (told or record.get("claims")):
         told += [(axis, "the time") for axis in _passing(record)[:1]]
-    return any(_right(record, *one) for one in told)
+    return any(_is_right(record, *one) for one in told)
 
 
-def first_told(record: Record) -> bool | None:
-    """Whether an undecided headline tells first of a force of the right axis and signal; None where it does of names.
-
-    As `Findings.nameless`, from the facts of a record.
-    """
-    likely = any(c["odds"] >= 0.5 * LIKELY for c in record.get("claims", ()))
-    if record["verdict"] != "undecided" or likely:
+def leads(record: Record) -> NamelessForce | None:
+    """The force without a name of which an undecided headline tells first; see `discovery.findings.leading_force`."""
+    in_play = [c for c in record.get("claims", ()) if max(_worth(c)) >= TRIFLE]
+    in_play = [c for c in in_play if c["kept"]] or in_play
+    if record["verdict"] != "undecided" or (in_play and in_play[0]["odds"] >= 0.5 * LIKELY):
         return None
-    lasts = [axis for axis, _ in record.get("rests", ())[:1]]
-    forms = sorted(((axis, text) for axis, text, *_ in record.get("forms", ())), key=lambda one: one[0] not in lasts)
-    told = [*terms_told(record), *forms, *((axis, "the time") for axis in _passing(record))]
-    return _right(record, *told[0]) if told else None
+    return leading_force(
+        terms_of(record),
+        [(axis, text) for axis, text, *_ in record.get("forms", ())],
+        [axis for axis, _ in record.get("rests", ())],
+        rollouts=bool(record.get("passing")) or any(c["claim"]["tests"].get("rolls") for c in record.get("claims", ())),
+    )
 
 
-def _right(record: Record, axis: str, text: str) -> bool:
+def leads_rightly(record: Record) -> bool:
+    """Whether that force is of the right axis and signal."""
+    force = leads(record)
+    return force is not None and _is_right(record, force.axis, force.follows)
+
+
+def _worth(claim: Record) -> tuple[float, float]:
+    worth = claim["claim"]["worth"]
+    return worth["force"], worth["rollout"] or 0.0
+
+
+def _is_right(record: Record, axis: str, text: str) -> bool:
     return any(f"{axis}:{signal}" in record["forces"] for signal in follows(text))
 
 
@@ -180,7 +193,7 @@ def _passing(record: Record) -> list[str]:
     """Axes on which a material part of the force comes and goes within seconds, without what lasts, the most first."""
     lasts, passing = dict(record.get("rests", ())), dict(record.get("passing") or ())
     alone = {axis: share**2 - lasts.get(axis, 0.0) ** 2 for axis, share in passing.items()}
-    return [axis for axis in sorted(alone, key=lambda axis: -alone[axis]) if alone[axis] > LASTING**2]
+    return [axis for axis in sorted(alone, key=lambda axis: -alone[axis]) if alone[axis] > AT_WORK**2]
 
 
 OUTCOMES = (

@@ -22,6 +22,9 @@ _TENTH = 0.1
 """Share of the unseen error from which on nobody can say that nothing is missing while the model changes it."""
 _IN_PLAY, _BESIDE = 4, 2
 """Names that a line of those in play has, and beside a force without a name; of more it says how many they are."""
+_LEARN = " ('discover --residual best' may learn it)"
+_RUN_IN = 1.0
+"""Minutes of a log after which `adapt` follows what changes."""
 _TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
 """Over the effects of a run, where its verdict is not an open one."""
 _SETTLED = "Nothing is missing that this log can show."
@@ -179,7 +182,7 @@ def answer(findings: Findings, comparison: Comparison, nominal: Vehicle | None =
         return ()
     return (
         Line("Predicts best", _predicts_best(findings, comparison)),
-        Line("In play", _in_play(findings)),
+        Line("In play", _in_play(findings, comparison)),
         Line("Next step", _next_step(findings, nominal)),
     )
 
@@ -317,22 +320,25 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     return f"the nominal model, with a {what} of {number(before, 2)} {unit} on unseen rows{beside}."
 
 
-def _in_play(findings: Findings) -> str:
+def _in_play(findings: Findings, comparison: Comparison) -> str:
     """The names in play with their odds, the surest first, and what may stand in their place."""
     force = findings.nameless
-    here, most = (force.in_words, _BESIDE) if force else ("a force", _IN_PLAY)
-    names = _first([_with_rivals(item) for item in in_order(findings.added)], most)
+    names = _first([_with_rivals(item) for item in in_order(findings.added)], _BESIDE if force else _IN_PLAY)
     own = [item.symbol for item in findings.calibrated]
     if own:
         names.append(f"the file's own numbers, calibrated ({listing(own)})")
-    if findings.unnamed:
-        names.insert(0, f"{here} without a name")
-    if names:
-        first = f"{here}, which no model has; " if force and not findings.unnamed else ""
-        return f"{first}{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."
-    if force:
-        return f"no name; {here}."
     perhaps = [with_odds(c) for c in in_order(findings.candidates) if c.verdict == "possible" and not c.cannot_tell]
+    if force is not None and not findings.unnamed:
+        learn = _LEARN * (force.of_state and not _has_network(comparison))
+        if names:
+            return f"{force.in_words}, which model.yaml lacks{learn}; it has {listing(names)}."
+        others = f"perhaps {listing(perhaps[:_BESIDE])}; model.yaml has none of it" if perhaps else "no name"
+        return f"{force.in_words}{learn}; {others}."
+    if findings.unnamed:
+        what = f"a {force.kind} without a name in {force.axis} that {force.acts}" if force else "a force without a name"
+        names.insert(0 if force else len(names), what)
+    if names:
+        return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."
     if perhaps:
         return f"perhaps {listing(perhaps[:_IN_PLAY])}; model.yaml has none of it."
     if findings.rests:
@@ -340,6 +346,10 @@ def _in_play(findings: Findings) -> str:
     if findings.criterion.unjudged:
         return f"nothing in {listing(findings.criterion.unjudged)} was judged."
     return "no name; model.yaml is the nominal model."
+
+
+def _has_network(comparison: Comparison) -> bool:
+    return any(model.kind in ("hybrid", "network") for model in comparison.models)
 
 
 def _first(names: Sequence[str], most: int) -> list[str]:
@@ -363,11 +373,12 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     force = findings.nameless
     if force is not None and force.sets_in is not None:
         signal, minute = force.sets_in
-        what = NamelessForce(force.axis, signal).in_words
+        what = NamelessForce(axis=force.axis, follows=signal).in_words
         asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
-        return f"{asked}: {what} sets in there."
+        follow = "; 'undertow adapt' tells which number changes" * (minute >= _RUN_IN)
+        return f"{asked}: {what} sets in there{follow}."
     if force is not None and force.local:
-        asked = "drive there and elsewhere once more, for a wall, a shoal or what happened there may be the cause"
+        asked = "drive there and elsewhere once more, for a wall or a shoal may be the cause"
         return f"{asked}: {force.in_words}."
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""

@@ -10,7 +10,7 @@ from sample_run import write_sample
 from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
-from undertow.discovery.findings import Findings, NamelessForce, Rise, Step
+from undertow.discovery.findings import Findings, NamelessForce, Rise, Step, leading_force
 from undertow.physics.presentation import NARROW, sentence_case
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
@@ -247,51 +247,58 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
     [
         (
             "the thrust of port from minute 2.7 on",
-            "no name; a moment in yaw that follows the thrust of port from minute 2.7 on.",
+            "a moment in yaw that follows the thrust of port from minute 2.7 on; no name.",
             "find out what happened at about minute 2.7, such as weed, a blow or a payload: a moment in yaw that "
-            "follows the thrust of port sets in there.",
+            "follows the thrust of port sets in there; 'undertow adapt' tells which number changes.",
         ),
         (
             "r northwest of -1.2 m",
-            "no name; a moment in yaw that follows r northwest of -1.2 m.",
-            "drive there and elsewhere once more, for a wall, a shoal or what happened there may be the cause: a "
-            "moment in yaw that follows r northwest of -1.2 m.",
+            "a moment in yaw that follows r northwest of -1.2 m; no name.",
+            "drive there and elsewhere once more, for a wall or a shoal may be the cause: a moment in yaw that follows "
+            "r northwest of -1.2 m.",
         ),
         (
             "r|r|^0.5",
-            "no name; a moment in yaw that follows r|r|^0.5.",
-            "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
-        ),
-        (
-            "",
-            "no name; a moment in yaw that is constant.",
+            "a moment in yaw that follows r|r|^0.5 ('discover --residual best' may learn it); no name.",
             "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
         ),
     ],
 )
-def test_what_a_force_that_lasts_follows_is_in_play_and_says_where_to_look(follows: str, play: str, step: str):
-    rest = {"axis": "yaw", "force": 0.6, "share": 0.12, "unit": "N m"}
+def test_what_a_force_without_a_name_follows_is_in_play_and_says_where_to_look(follows: str, play: str, step: str):
     found = open_story(
         2.0,
         2.0,
         candidates=(),
-        rests=[rest],
-        other_forms=[{**rest, "axis": "surge", "follows": "u", "unit": "N"}, {**rest, "follows": follows}],
+        nameless=NamelessForce(axis="yaw", follows=follows),
         advice=[{"manoeuvre": "20/20 zigzag"}],
     )
     _, second, third = answer(found, judged("nominal", nominal=2.0), BOAT)
     assert (second.text, third.text) == (play, step)
 
 
-@pytest.mark.parametrize(("sure", "first"), [(0.39, True), (0.4, False)])
-def test_a_force_without_a_name_stands_before_names_that_are_not_likely(sure: float, first: bool):
-    form = {"axis": "surge", "follows": "u from minute 1.3 on", "force": 4.0, "share": 0.2, "unit": "N"}
-    two = open_story(2.0, 1.0).candidates
-    found = open_story(2.0, 1.0, candidates=[c.but(confidence=sure) for c in two], other_forms=[form])
-    assert (found.nameless is not None) is first
-    _, play, step = answer(found, judged("corrected", nominal=2.0, corrected=1.0), BOAT)
-    assert play.text.startswith("a force in surge that follows u from minute 1.3 on, which no model has; ") is first
-    assert step.text.startswith("find out what happened at about minute 1.3") is first
+def test_a_force_that_lasts_and_follows_nothing_is_in_play():
+    rest = {"axis": "yaw", "force": 0.6, "share": 0.12, "unit": "N m"}
+    found = open_story(2.0, 2.0, candidates=(), rests=[rest])
+    play = answer(found, judged("nominal", nominal=2.0), BOAT)[1]
+    assert play.text == "no name; in yaw a force lasts that nothing explains."
+
+
+def test_a_force_without_a_name_stands_before_names_that_are_not_likely():
+    force, compared = NamelessForce(axis="surge", follows="u from minute 1.3 on"), judged("corrected", nominal=2.0)
+    found = open_story(2.0, 1.0, nameless=force)
+    assert answer(found, compared, BOAT)[1].text.replace(NARROW, " ") == (
+        "a force in surge that follows u from minute 1.3 on, which model.yaml lacks; it has surge linear damping "
+        "(63 %) and Munk moment (40 %)."
+    )
+    unadded = [c.but(terms=[t.but(in_model=None) for t in c.terms]) for c in found.candidates]
+    assert answer(found.but(candidates=unadded), compared, BOAT)[1].text.replace(NARROW, " ") == (
+        "a force in surge that follows u from minute 1.3 on; perhaps surge linear damping (63 %) and Munk moment "
+        "(40 %); model.yaml has none of it."
+    )
+    term = {"axis": "surge", "form": "u^3", "value": -1.0, "inclusion": 0.9}
+    terms = open_story(2.0, 1.0, unnamed=[term], nameless=NamelessForce(axis="surge", follows="u^3"))
+    assert answer(terms, compared, BOAT)[1].text.startswith("a force without a name in surge that follows u^3, surge")
+    assert answer(terms.but(nameless=None), compared, BOAT)[1].text.startswith("surge linear damping (")
 
 
 @pytest.mark.parametrize(
@@ -299,12 +306,29 @@ def test_a_force_without_a_name_stands_before_names_that_are_not_likely(sure: fl
     [
         ("u|u|", "a moment in yaw that follows u|u|"),
         ("", "a moment in yaw that is constant"),
-        ("from minute 2.7 on", "a moment in yaw that is constant from minute 2.7 on"),
-        ("being north of 18 m", "a moment in yaw that is constant north of 18 m"),
+        ("from minute 2.7 on", "a moment in yaw that is there from minute 2.7 on"),
+        ("being north of 18 m", "a moment in yaw that is there north of 18 m"),
     ],
 )
 def test_a_force_without_a_name_reads_as_a_sentence(follows: str, told: str):
-    assert NamelessForce("yaw", follows).in_words == told
+    assert NamelessForce(axis="yaw", follows=follows).in_words == told
+
+
+Form = tuple[str, str]
+
+
+def test_which_force_without_a_name_is_told_first():
+    def first(*forms: Form, terms: Sequence[Form] = (), lasts: Sequence[str] = (), rolls: bool = False) -> object:
+        found = leading_force(terms, forms, lasts, rollouts=rolls)
+        return found and (found.axis, found.follows)
+
+    assert first(("sway", "v"), ("surge", ""), ("yaw", "v^3")) == ("yaw", "v^3"), "a law of the catalogue is none"
+    assert first(("sway", "v")) is None
+    assert first(("yaw", "v^3"), ("surge", "u^3"), lasts=("surge",)) == ("surge", "u^3")
+    assert first(("yaw", "v^3"), ("surge", "u^3"), rolls=True) == ("surge", "u^3"), "sway and yaw may be the sea"
+    assert first(("yaw", "v^3"), rolls=True) is None
+    assert first(("yaw", "v^3"), rolls=True, lasts=("yaw",)) == ("yaw", "v^3")
+    assert first(("surge", "u^3"), terms=(("sway", "u^2"), ("yaw", "r^3"), ("sway", "u^3"))) == ("sway", "u^2 and u^3")
 
 
 def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches():
