@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.effects import COMMAND_OFFSET
+from ..physics.effects import COMMAND_OFFSET, canonical
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.momentum_balance import HYDRODYNAMIC
 from ..physics.motion import AXES
@@ -253,7 +253,7 @@ class PersistentResidual(Record):
 
 
 class NamelessForce(Record):
-    """A force on an axis that no law of the catalogue is.
+    """A force on an axis that is no law of the hull, and no trim.
 
     Attributes
     ----------
@@ -292,7 +292,7 @@ class NamelessForce(Record):
     @property
     def local(self) -> bool:
         """True of a force that acts on one side of a line on the water."""
-        return bool(re.search(r"\b(north|south|east|west)\w* of -?[\d.]+ m$", self.follows))
+        return bool(re.search(r"\b(north|east)\w* of -?[\d.]+ m$", self.follows))
 
     @property
     def of_state(self) -> bool:
@@ -321,9 +321,9 @@ def leading_force(
 ) -> NamelessForce | None:
     """The force without a name that an open verdict tells of: terms of the model, else what its rest follows.
 
-    A law of the catalogue is none. Where rollouts judge, waves and sensors that drift move sway and yaw about as much
-    as forces do, and the rest of the force balance follows them: there a form must be in surge, or of a force that
-    lasts.
+    A law of the hull is none, nor is a trim. Where rollouts judge, waves and sensors that drift move sway and yaw about
+    as much as forces do, and the rest of the force balance follows them: there a form must be in surge, or of a force
+    that lasts.
 
     Parameters
     ----------
@@ -334,8 +334,8 @@ def leading_force(
     if terms:
         axis = terms[0][0]
         return NamelessForce(axis=axis, follows=listing([form for where, form in terms if where == axis]))
-    known = {(AXES[axis], form.text) for _, axis, form in HYDRODYNAMIC} | {(axis, "") for axis in AXES}
-    seen = [one for one in forms if one not in known and (not rollouts or one[0] in ("surge", *lasting))]
+    laws = {(AXES[axis], canonical(form.factors)) for _, axis, form in HYDRODYNAMIC} | {(axis, "") for axis in AXES}
+    seen = [one for one in forms if one not in laws and (not rollouts or one[0] in ("surge", *lasting))]
     first = min(seen, key=lambda one: one[0] not in lasting[:1], default=None)
     return None if first is None else NamelessForce(axis=first[0], follows=first[1])
 

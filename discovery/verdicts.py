@@ -47,7 +47,7 @@ from .search.rival_explanations import ONE, all_thrusters
 from .search.scoring import MATERIAL
 
 _SAID = ("missing", "likely")
-_LIKELIEST = 0.5 * LIKELY
+PROBABLE = 0.5 * LIKELY
 """Odds from which on an undecided log tells of a name first: with a look-alike that does as well it may be likely."""
 _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] that rounding makes in a noise-free log of a boat at rest."""
@@ -153,7 +153,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
 
 def _is_told_first(first: EffectFinding) -> bool:
     """Whether an undecided log tells of its best name before any force without one."""
-    return first.reason is Reason.FAINT or first.confidence >= _LIKELIEST
+    return first.reason is Reason.FAINT or first.confidence >= PROBABLE
 
 
 def _nameless(g: VerdictInputs, unnamed: Sequence[FittedTerm], forms: Sequence[OtherForm]) -> NamelessForce | None:
@@ -333,8 +333,9 @@ def _headline(g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFind
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
     rests = [f"{sentence_case(rest.in_words)}." for rest in g.persistent]
     lead = findings.nameless
-    told = [form for form in findings.other_forms if lead and (form.axis, form.follows) == (lead.axis, lead.follows)]
-    for form in (*told, *g.tests.forms.selected)[:1]:
+    forms = g.tests.forms.selected
+    told = [form for form in forms if lead and (form.axis, form.follows) == (lead.axis, lead.follows)]
+    for form in (*told, *forms)[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{sentence_case(form.in_words)} stays unexplained, {share}.")

@@ -9,10 +9,11 @@ from typing import Any, get_args
 import numpy as np
 
 from undertow.discovery.balance.shooting import TRIFLE
-from undertow.discovery.effect_findings import LIKELY, Claim, Verdict
+from undertow.discovery.effect_findings import Claim, Verdict
 from undertow.discovery.findings import NamelessForce, leading_force
 from undertow.discovery.judgement import Odds, verdict
 from undertow.discovery.search.scoring import MATERIAL as AT_WORK
+from undertow.discovery.verdicts import PROBABLE
 
 from .foreign_kinds import KINDS
 from .records import ROOT
@@ -164,8 +165,10 @@ def leads(record: Record) -> NamelessForce | None:
     """The force without a name of which an undecided headline tells first; see `discovery.findings.leading_force`."""
     in_play = [c for c in record.get("claims", ()) if max(_worth(c)) >= TRIFLE]
     in_play = [c for c in in_play if c["kept"]] or in_play
-    if record["verdict"] != "undecided" or (in_play and in_play[0]["odds"] >= 0.5 * LIKELY):
+    if record["verdict"] != "undecided" or (in_play and in_play[0]["odds"] >= PROBABLE):
         return None
+    if record.get("force"):  # those before it have what it is made of
+        return NamelessForce.model_validate(record["force"])
     return leading_force(
         terms_of(record),
         [(axis, text) for axis, text, *_ in record.get("forms", ())],

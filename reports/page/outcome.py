@@ -375,7 +375,7 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         signal, minute = force.sets_in
         what = NamelessForce(axis=force.axis, follows=signal).in_words
         asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
-        follow = "; 'undertow adapt' tells which number changes" * (minute >= _RUN_IN)
+        follow = "; 'undertow adapt' tells which number changes" * (bool(signal) and minute >= _RUN_IN)
         return f"{asked}: {what} sets in there{follow}."
     if force is not None and force.local:
         asked = "drive there and elsewhere once more, for a wall or a shoal may be the cause"

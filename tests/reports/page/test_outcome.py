@@ -323,7 +323,7 @@ def test_which_force_without_a_name_is_told_first():
         return found and (found.axis, found.follows)
 
     assert first(("sway", "v"), ("surge", ""), ("yaw", "v^3")) == ("yaw", "v^3"), "a law of the catalogue is none"
-    assert first(("sway", "v")) is None
+    assert first(("sway", "v"), ("yaw", "r|u|")) is None
     assert first(("yaw", "v^3"), ("surge", "u^3"), lasts=("surge",)) == ("surge", "u^3")
     assert first(("yaw", "v^3"), ("surge", "u^3"), rolls=True) == ("surge", "u^3"), "sway and yaw may be the sea"
     assert first(("yaw", "v^3"), rolls=True) is None
