@@ -253,7 +253,7 @@ class PersistentResidual(Record):
 
 
 class NamelessForce(Record):
-    """A force on an axis that is no law of the hull, and no trim.
+    """A force on an axis, and what it follows.
 
     Attributes
     ----------

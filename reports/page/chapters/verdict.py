@@ -60,7 +60,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     )
     return render(
         *paragraphs(map(unit_text, findings.warnings), "card warning"),
-        element(title, outcome.headline(findings, run.comparison)),
+        element(title, unit_text(outcome.headline(findings, run.comparison))),
         *paragraphs([told("cannot")], "warn"),
         *[element("dl.answer", *(_line(line) for line in answered))] * bool(answered),
         *paragraphs([unit_text(told("why")), told("done", "grown", "likely")], "lead"),
