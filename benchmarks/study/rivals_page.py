@@ -17,7 +17,8 @@ from .rivals.contenders import CONTENDERS
 
 Records = Sequence[Mapping[str, Any]]
 Results = Mapping[str, tuple[Case, Records]]
-BASE, SYMBOLIC = "Fossen calibrated", "symbolic"
+NOMINAL, BASE, SYMBOLIC = "Fossen as it is", "Fossen calibrated", "symbolic"
+WHOLE, BEST = "the whole answer", "undertow best"
 MEASURES = (("acceleration", AXES), ("2", (*AXES, "position")), ("10", (*AXES, "position")))
 """What is judged: one step, and rollouts of 2 s and 10 s."""
 _CLEARLY = 0.95
@@ -40,6 +41,7 @@ def page(results: Results) -> str:
         *left,
         "## What it says",
         "\n".join(f"- {sentence}" for sentence in sentences(results)),
+        *(["## What must hold", limits(results)] if {BASE, NOMINAL, SYMBOLIC, WHOLE, BEST} <= set(made) else []),
         "## All cases",
         "By case, the error of position in rollouts of 10 s [m]. Then, over all cases, the error against that of the "
         "calibrated vehicle: geometric mean over cases, axes and position; minus is less error. *Diverged* counts "
@@ -110,6 +112,60 @@ def summary(results: Results) -> str:
         rows.append((name, *cells))
     head = ("model", *results, "one step", "2 s", "10 s", "diverged", "to fit [s]")
     return in_a_table(head, rows)
+
+
+_ROLLED = MEASURES[-1]
+_NEAR, _HARM = 1.03, 0.03
+"""Error of a model in that of the best row within which it is as good, and share of the nominal error by which it may
+be worse than what it stands on."""
+_KIND_IN, _WHOLE_IN = 120.0, 180.0
+"""Time that a kind, and the whole answer, may take [s]."""
+
+
+def limits(results: Results) -> str:
+    """What the models of undertow must hold, each with its figure."""
+    every = [record for _, records in results.values() for record in records]
+    made = names_in(every)
+    literature = [n for n in made if CONTENDERS[n].kind == "literature"]
+    rival = min(literature, key=lambda name: ratio(results, name, *_ROLLED), default=BASE)
+    first = [min(x for n in made if np.isfinite(x := position(r, n))) for _, r in results.values()]
+    near = sum(position(r, WHOLE) <= _NEAR * x for x, (_, r) in zip(first, results.values(), strict=True))
+    beaten = sum(position(r, BEST) < position(r, rival) for _, r in results.values())
+    harm, harmed = max((worst, f"{name}, {case}") for name in made for case, worst in harms(results, name).items())
+    times = {n: float(np.median([r["seconds"] for r in every if r["name"] == n and "seconds" in r])) for n in made}
+    slow = max((n for n in made if CONTENDERS[n].kind == "undertow" and n != WHOLE), key=times.__getitem__)
+    cases = len(results)
+    rows = [
+        (f"{WHOLE}, over 10 s", "−90 %", _percent(whole := ratio(results, WHOLE, *_ROLLED)), whole <= 0.105),
+        ("best row of a case, or within 3 % of it", "7 of 8", f"{near} of {cases}", near >= cases - 1),
+        (f"{BEST}, over 10 s", "−55 %", _percent(best := ratio(results, BEST, *_ROLLED)), best <= 0.455),
+        (f"better than {rival}, the least of the literature", "6 of 8", f"{beaten} of {cases}", 4 * beaten >= 3 * cases),
+        (
+            "any of ours, worse than what it stands on by, in the nominal error",
+            "3 %",
+            f"{100.0 * harm:.1f} % ({harmed})",
+            harm <= _HARM,
+        ),
+        (f"time of {WHOLE}, median", f"{_WHOLE_IN:.0f} s", f"{times[WHOLE]:.0f} s", times[WHOLE] <= _WHOLE_IN),
+        (f"time of any kind, median: {slow}", f"{_KIND_IN:.0f} s", f"{times[slow]:.0f} s", times[slow] <= _KIND_IN),
+    ]
+    head = ("", "limit", "figure", "holds")
+    return in_a_table(head, [(*row[:-1], "yes" if row[-1] else "**no**") for row in rows])
+
+
+def harms(results: Results, name: str) -> dict[str, float]:
+    """By how much a network is worse than what it stands on, by case: the worst axis and horizon, in nominal errors."""
+    found = {}
+    for case, (_, records) in results.items() if CONTENDERS[name].kind == "undertow" else ():
+        base = SYMBOLIC if name == WHOLE else BASE
+        worst = -np.inf
+        for measure in MEASURES:
+            mine, its, nominal = (values(records, each, *measure) for each in (name, base, NOMINAL))
+            if mine.size and its.size and nominal.size:
+                over = mine.mean(axis=0) - its.mean(axis=0)
+                worst = max(worst, float((over / np.maximum(nominal.mean(axis=0), 1e-12)).max()))
+        found[case] = worst
+    return found
 
 
 def ratio(results: Results, name: str, measure: str, axes: Sequence[str]) -> float:

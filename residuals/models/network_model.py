@@ -178,13 +178,13 @@ class NetworkModel(Model):
         return rollout(physics, motion, starts, steps, _OpenLoop(self, motion, np.asarray(starts, dtype=int)))
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
-        """See `Model.settled`; a network with a memory sees the state for `unforced_states.SETTLE`."""
+        """See `Model.settled`; a network whose memory settles sees the state for `unforced_states.SETTLE`."""
         if not velocity.shape[0]:
             return np.zeros((0, 3))
         thrust, _ = held_thrust(self.vehicle, commands)
         seen = stacked_inputs(self.vehicle, heading, tuple(velocity.T), thrust, self.heading)
         parts = []
-        rows = max(1, round(SETTLE / self.time_step)) if self.remembers else 1
+        rows = max(1, round(SETTLE / self.time_step)) if self.remembers and not self.network.starts_settled else 1
         with torch.inference_mode(), one_thread():
             for block in self.tensor(seen).split(_STATES):
                 parts.append(self.network(block[:, None].expand(-1, rows, -1))[0][:, -1])

@@ -45,7 +45,7 @@ class UnforcedStates:
     pure : whether the network gives the whole acceleration
     heading : whether it sees the heading
     time_step : [s]
-    remembers : whether the network has a memory; then each state is held for `SETTLE`
+    settles : whether the network has a memory that settles; then each state is held for `SETTLE`
     like : a tensor of the type and on the device of the weights
     """
 
@@ -58,7 +58,7 @@ class UnforcedStates:
         pure: bool,
         heading: bool,
         time_step: float,
-        remembers: bool,
+        settles: bool,
         like: Tensor,
     ) -> None:
         count, met = states.shape[0], states.shape[1] > 3
@@ -74,7 +74,7 @@ class UnforcedStates:
             aimed = allowed - (1.0 - INSIDE) * let_pass(full, states)
         base, push = _beside(vehicle, states, angle, thrust, load, pure)
         self.heading = heading
-        self.rows = max(1, round(SETTLE / time_step)) if remembers else 1
+        self.rows = max(1, round(SETTLE / time_step)) if settles else 1
         (
             self.allowed,
             self.aimed,

@@ -72,6 +72,8 @@ class Network(nn.Module, ABC):
     ----------
     name : how the command line and the files call it
     grown : of a network that is grown and not trained; else None
+    starts_settled : without a memory it says of its first row what it would say if that had lasted; a recurrence has to
+        see a state for a while
     rests_on : what makes sure that it dissipates: `itself` by construction, `bounds` that `residuals.models.bounds` may
         find, or `nothing`
     scaling : physical constants
@@ -81,6 +83,7 @@ class Network(nn.Module, ABC):
 
     name: ClassVar[str]
     grown: ClassVar[Grown | None] = None
+    starts_settled: ClassVar[bool] = False
     rests_on: ClassVar[Literal["itself", "bounds", "nothing"]] = "nothing"
     gain: Gain | None
     input_mean: Tensor

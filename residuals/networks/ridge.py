@@ -26,6 +26,7 @@ class Ridge(Network):
 
     factors: Tensor
     name: ClassVar[str] = "ridge"
+    starts_settled = True
     grown: ClassVar[Grown | None] = Grown("coefficients", "fitted")
 
     def __init__(self, scaling: Scaling, *, filters: int = 0) -> None:

@@ -17,6 +17,7 @@ class TCN(Network):
     """
 
     name: ClassVar[str] = "tcn"
+    starts_settled = True
 
     def __init__(self, scaling: Scaling, *, units: int = 32, layers: int = 4, kernel: int = 3) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "kernel": kernel})

@@ -55,6 +55,7 @@ class Transformer(Network):
     """
 
     name: ClassVar[str] = "transformer"
+    starts_settled = True
 
     def __init__(self, scaling: Scaling, *, units: int = 32, layers: int = 2, heads: int = 4, window: int = 30) -> None:
         if units % heads:

@@ -196,7 +196,8 @@ def prepare_training(split: Split, vehicle: Vehicle, choice: Choice, settings: T
     like = next(network.parameters())
     envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
     idle = np.array([neutral_command(t) for t in vehicle.thrusters])
-    how = {**chosen, "time_step": windows.time_step, "remembers": remembers, "like": like}
+    settles = remembers and not network.starts_settled
+    how = {**chosen, "time_step": windows.time_step, "settles": settles, "like": like}
 
     def coasting(states: Array) -> UnforcedStates:
         commands = pool[np.random.default_rng(5).integers(0, pool.shape[0], states.shape[0])]

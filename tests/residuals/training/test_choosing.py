@@ -178,7 +178,7 @@ def test_a_training_that_is_resumed_learns_the_same_states(dragged: Split, tmp_p
 def test_states_that_were_met_aim_inside_of_the_limit_with_thrust_too(dragged: Split) -> None:
     network = fresh("mlp", dragged, heading=True)
     states = np.random.default_rng(2).uniform([*BOX.lower, -3.0, -30.0, -30.0], [*BOX.upper, 3.0, 30.0, 30.0], (50, 6))
-    how = {"pure": False, "heading": True, "time_step": 0.1, "remembers": False, "like": next(network.parameters())}
+    how = {"pure": False, "heading": True, "time_step": 0.1, "settles": False, "like": next(network.parameters())}
     met = UnforcedStates(HULL, states[:, :4], states[:, 4:], **how)  # type: ignore[arg-type]
     witness = witness_of(NetworkModel(HULL, network, 0.1), BOX)
     power = coasting_power(witness.mass, states[:, :3], witness.relative(states[:, :4], states[:, 4:]))

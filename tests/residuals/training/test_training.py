@@ -132,7 +132,7 @@ def engine(split_: Split, push: float) -> tuple[UnforcedStates, Network]:
         network.head.weight[0, 0] = push / 0.1  # type: ignore[union-attr, index]
     states = np.tile([1.0, 0.0, 0.0], (4, 1))
     like = next(network.parameters())
-    settings = {"pure": False, "heading": False, "time_step": 0.1, "remembers": False}
+    settings = {"pure": False, "heading": False, "time_step": 0.1, "settles": False}
     return UnforcedStates(HULL, states, **settings, like=like), network  # type: ignore[arg-type]
 
 
@@ -165,7 +165,7 @@ def test_training_asks_for_the_power_that_the_audit_asks_for(dragged: Split, pur
     network = fresh("mlp", dragged, boat)
     rng = np.random.default_rng(3)
     states, commands = coasting_states(BOX, 60), rng.uniform(-35.0, 35.0, (60, 2))
-    ask = {"pure": pure, "heading": False, "time_step": 0.1, "remembers": False}
+    ask = {"pure": pure, "heading": False, "time_step": 0.1, "settles": False}
     coasting = UnforcedStates(boat, states, commands, **ask, like=next(network.parameters()))  # type: ignore[arg-type]
     witness = witness_of(NetworkModel(boat, network, 0.1, pure=pure), BOX)
     heading = np.random.default_rng(7).uniform(-np.pi, np.pi, 60)  # as `UnforcedStates` draws it
