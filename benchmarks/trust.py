@@ -89,7 +89,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     blocks, regions = (
         probes_of(split, base, choice, settings, [p for p in every if p.block is block]) for block in (True, False)
     )
-    probes = Probed((*blocks.tried, *regions.tried), (*blocks.parts, *regions.parts))
+    probes = Probed((*blocks.parts, *regions.parts))
     model = train(split, base, replace(choice, probes=probes), settings=settings).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust

@@ -11,7 +11,7 @@ from ..physics.errors import RequestError
 from ..physics.stage import freeze_loaded_objects
 from .console import print_json, progress, prose, say, show, show_calibrated, show_steps, warn
 from .init_verb import offered
-from .options import FORCE, JSON, LOGS, READING, REQUIRED, SEED, check_folder, logs_in_steps, option
+from .options import FORCE, JSON, LOGS, MINUTES, READING, REQUIRED, SEED, check_folder, logs_in_steps, option
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
@@ -33,6 +33,7 @@ def discover(
     residual: str | None = option(
         "--residual", "Network for what has no name: a kind of 'train', or best; in RUN/network."
     ),
+    minutes: float | None = MINUTES,
     seed: int = SEED,
     judge: str = option("--split", "Rows to judge on: folds (all, by models that never saw them) or test.", "folds"),
     reading: Reading = READING,
@@ -50,8 +51,10 @@ def discover(
         from ..workflows.whole_answer import check_kind
 
         check_kind(residual)
+    elif minutes is not None:
+        raise RequestError("--minutes is the time for a network: give --residual best, or a kind, too")
     how = Telling(not no_report, force, "json" if as_json else "whole")
-    tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
+    tell_discovery(out, check, read, how, seed=seed, refit=refit, network=(residual, minutes))
 
 
 class Telling(NamedTuple):
@@ -77,7 +80,7 @@ def tell_discovery(
     *,
     seed: int,
     refit: bool | None = None,
-    residual: str | None = None,
+    network: tuple[str | None, float | None] = (None, None),
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four.
 
@@ -86,11 +89,12 @@ def tell_discovery(
     check : refuses a run folder that cannot be written
     read : gives what is searched, and then what is wrong with it
     how : it is written and told
-    residual : kind of network for what has no name, or best; None for none
+    network : kind of one for what has no name, or best, None for none; and in how many minutes others are tried
     """
     import time
 
     report, force, told = how
+    residual, minutes = network
     begun = time.perf_counter()
     from ..measurements.statistics.processors import preload_modules, run_steps_in_fork
 
@@ -115,7 +119,8 @@ def tell_discovery(
         from ..residuals.training.training_settings import TrainingSettings
         from ..workflows.whole_answer import with_network
 
-        run, trained = with_network(run, residual, settings=TrainingSettings(seed=seed), progress=progress)
+        recipe = TrainingSettings(seed=seed)
+        run, trained = with_network(run, residual, settings=recipe, minutes=minutes, progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     if trained is not None:
         from ..workflows.train import write_network

@@ -61,6 +61,11 @@ RUN_LOGS = option("--log", "Where a log of the run is now, if it was moved; it i
 VEHICLE_OUT = option("--out -o", "Vehicle file to write.")
 JSON = option("--json", "Print JSON for machines instead of tables.", False)
 FORCE = option("--force", "Write over what this verb did not write; never over what it reads.", False)
+MINUTES = option(
+    "--minutes",
+    "Try other sizes and settings of the network, and of best other networks, too: about so long in all.",
+    metavar="N",
+)
 SEED = option("--seed", "Seed of everything random; equal seeds give equal files.", 0, min=0)
 QUIET = option(
     "--quiet -q", "Tell nothing of work that goes on; results, warnings and errors are told all the same.", False

@@ -10,7 +10,7 @@ from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from ..residuals.training.training_settings import TrainingSettings
 from .console import interrupted, print_json, progress, prose, say, show, warn
-from .options import FORCE, JSON, LOGS, READING, REQUIRED, SEED, VEHICLE, option, read_logs
+from .options import FORCE, JSON, LOGS, MINUTES, READING, REQUIRED, SEED, VEHICLE, option, read_logs
 
 
 def train(
@@ -27,6 +27,7 @@ def train(
     heading: bool = option("--heading", "Let the network see the heading.", False),
     option: list[str] | None = option("--option", "Of the network, such as units=64.", metavar="NAME=VALUE"),
     epochs: int | None = option("--epochs", "Most epochs to train (150 when not given)."),
+    minutes: float | None = MINUTES,
     seed: int = SEED,
     device: str = option("--device", "cpu (auto is the same) or cuda.", "auto"),
     resume: bool = option("--resume", "Go on with an interrupted training in the folder.", False),
@@ -49,7 +50,16 @@ def train(
     choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
     inputs = read_logs(logs, vehicle, reading)
     try:
-        done = trained.train(inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress)
+        done = trained.train(
+            inputs,
+            choice,
+            settings=settings,
+            out=out,
+            resume=resume,
+            force=force,
+            minutes=minutes,
+            progress=progress,
+        )
     except trained.NothingToLearnError as end:
         print_json({"schema": trained.TRAIN_SCHEMA, "network": None, "why": str(end)}) if as_json else prose(str(end))
         return

@@ -116,14 +116,16 @@ def trust_in_words(trust: "Trust") -> str:
     )
 
 
-def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
-    """Which kind was chosen, by what the probes of each left of the vehicle's error."""
+def kinds_in_words(kinds: "Sequence[Candidate]", left_behind: Sequence[str] = ()) -> str:
+    """Which kind was chosen, by what the probes of each left of the vehicle's error, and which did worse half way."""
     told = listing(
         [f"{one.name} {percent(one.ratio)} (standard error {percent(one.ratio * one.error)})" for one in kinds]
     )
     return (
         "In predictions of 2 and 10 s over parts of the log that they did not know, this is what kinds of network "
         f"leave of the vehicle's error: {told}."
+        + f" Left half way, since they erred more or would take too long: {listing(left_behind)}."
+        * bool(left_behind)
     )
 
 

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +75,7 @@ class TrainRun:
     models : errors of the nominal model and of the network on held-out data, as in `comparison.json`
     distilled : what of the correction is a named effect; None where that was not asked for
     kinds : that were tried, the best first, where the best was asked for
+    left_behind : names of those that were left half way: they erred more on the same parts, or would take too long
     """
 
     inputs: Inputs
@@ -82,6 +84,7 @@ class TrainRun:
     models: tuple[ComparedModel, ...]
     distilled: "Distilled | None" = None
     kinds: "tuple[Candidate, ...]" = ()
+    left_behind: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"TrainRun({' '.join(self.sentences)})"
@@ -106,7 +109,7 @@ class TrainRun:
                 else [f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}."]
             ),
             *([] if self.left is None else [f"Without it, {say_learnable(self.left)}."]),
-            *([kinds_in_words(self.kinds)] if self.kinds else []),
+            *([kinds_in_words(self.kinds, self.left_behind)] if self.kinds else []),
         ]
         if found.best_epoch == 0:
             than = "the vehicle alone" if found.start is None else f"the network {found.start} as it was"
@@ -146,6 +149,7 @@ class TrainRun:
             "split": self.inputs.parts.judge,
             "left": None if self.left is None else self.left.to_dict(),
             "kinds": {kind.name: kind.ratio for kind in self.kinds},
+            "left_behind": list(self.left_behind),
             "models": [model.to_dict() for model in self.models],
             "training": found.to_dict(),
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
@@ -184,6 +188,7 @@ def train(
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     force: bool = False,
+    minutes: float | None = None,
     progress: Say | None = SHOWN,
     watch: "Callable[[Epoch], None] | None" = None,
 ) -> TrainRun:
@@ -199,6 +204,8 @@ def train(
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
     force : replace also files in `out` that undertow did not write, or that were changed since
+    minutes : in which other sizes and settings of the recipe are tried, and of `BEST` other networks, too, by what they
+        err on parts of the logs that they do not know; about so long all of it takes. None for what was chosen alone
     progress : called with lines about the work, shown where nothing is said; None for silence
     watch : called after each epoch
 
@@ -222,8 +229,10 @@ def train(
     require_torch()
     if chosen.network == BEST and (chosen.options or chosen.pure or chosen.heading):
         raise RequestError(_BEST_CHOOSES)
+    if minutes is not None:
+        _check_minutes(minutes, chosen, resume=resume)
     from ..residuals.networks.registry import NETWORKS
-    from ..residuals.training.best_kind import best_of, candidates
+    from ..residuals.training.best_kind import KINDS, best_of, candidates
     from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
@@ -243,17 +252,20 @@ def train(
 
     left = None if chosen.pure else _left(inputs, along, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
-    if chosen.network == BEST and left is not None:
+    asked: list[str] = []
+    if left is not None and (chosen.network == BEST or minutes is not None):
+        tried = KINDS if chosen.network == BEST else (chosen,)
         try:
-            kinds = tuple(candidates(inputs.parts.split, along, recipe, progress=_trying(progress), alone=alone))
+            trying = _trying(progress, asked)
+            kinds = tuple(candidates(inputs.parts.split, along, recipe, tried, trying, alone, minutes))
         except RequestError:  # such as of a log that is too short to be parted
             _left(inputs, along, decline=recipe.decline)
             raise
         best = best_of(kinds, learnable=left.worth_it)
-        if best is None and recipe.decline:
+        if best is None and recipe.decline and chosen.network == BEST:
             raise NothingToLearnError(none_holds_elsewhere(kinds, left))
         best = best or kinds[0]
-        chosen = replace(best.choice, probes=best.probes)
+        chosen, recipe = replace(best.choice, probes=best.probes), replace(recipe, **best.recipe)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
@@ -273,7 +285,8 @@ def train(
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
     errors = evaluate(found.model, inputs.parts.judged)
     network = Judged(found.model, errors, kept, coverage(found.model, errors, inputs.parts.judged))
-    done = TrainRun(inputs, found, left, (row(nominal), row(network)), kinds=kinds)
+    behind = tuple(name for name in asked if name not in {kind.name for kind in kinds})
+    done = TrainRun(inputs, found, left, (row(nominal), row(network)), kinds=kinds, left_behind=behind)
     if target is not None:
         write_network(done, target, force=force)
     return done
@@ -296,8 +309,32 @@ def write_network(run: TrainRun, target: Path, *, force: bool = False) -> None:
     save_network(run.model, target, training, force=force)
 
 
-def _trying(progress: Say | None) -> Callable[[str], None] | None:
-    return None if progress is None else lambda kind: progress(Stage(f"trying a network of the kind {kind}"))
+def _check_minutes(minutes: float, choice: Choice, *, resume: bool) -> None:
+    """Refuse a search that could not be.
+
+    Raises
+    ------
+    RequestError
+        for a time that is none, or a network that is not judged on parts of the logs.
+    """
+    if not (isfinite(minutes) and minutes > 0.0):
+        raise RequestError(f"train: expected a positive number of minutes, got {minutes:g}")
+    if choice.pure or choice.start is not None or resume:
+        what = "--pure" if choice.pure else "--resume" if resume else "--start"
+        raise RequestError(
+            f"train: --minutes searches among hybrids with fresh weights, so it cannot be with {what}; leave one out"
+        )
+
+
+def _trying(progress: Say | None, asked: list[str]) -> Callable[[str], None]:
+    """What is told the name of each kind before it is tried, and keeps it."""
+
+    def told(kind: str) -> None:
+        asked.append(kind)
+        if progress is not None:
+            progress(Stage(f"trying a network of the kind {kind}"))
+
+    return told
 
 
 @showing

@@ -139,7 +139,12 @@ def limits(results: Results) -> str:
         (f"{WHOLE}, over 10 s", "−90 %", _percent(whole := ratio(results, WHOLE, *_ROLLED)), whole <= 0.105),
         ("best row of a case, or within 3 % of it", "7 of 8", f"{near} of {cases}", near >= cases - 1),
         (f"{BEST}, over 10 s", "−55 %", _percent(best := ratio(results, BEST, *_ROLLED)), best <= 0.455),
-        (f"better than {rival}, the least of the literature", "6 of 8", f"{beaten} of {cases}", 4 * beaten >= 3 * cases),
+        (
+            f"better than {rival}, the least of the literature",
+            "6 of 8",
+            f"{beaten} of {cases}",
+            4 * beaten >= 3 * cases,
+        ),
         (
             "any of ours, worse than what it stands on by, in the nominal error",
             "3 %",

@@ -12,7 +12,7 @@ from .base import Network, Scaling
 NETWORKS: dict[str, type[Network]] = {cls.name: cls for cls in classes_in(networks, Network)}
 """Every `Network` that a file of this folder defines."""
 
-_MOST = {
+LARGEST = {
     "units": 4096,
     "layers": 16,
     "heads": 64,
@@ -65,7 +65,7 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
         if option not in known:
             raise _unknown(f"network {name}: unknown option", option, known)
         whole = isinstance(known[option], int)
-        most = _MOST.get(option, _MANY)
+        most = LARGEST.get(option, _MANY)
         fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
         if not fits or not 0 <= value <= most or (value == 0 and option not in _NONE):
             kind, least = "a whole number" if whole else "a number", "[" if option in _NONE else "("

@@ -1,14 +1,22 @@
-"""Choice of the kind of network: the one whose probes err least in rollouts of parts that they do not know."""
+"""Choice of the network: the one whose probes err least in rollouts of parts of the log that they do not know.
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+In the time that is given for it, other kinds, sizes and recipes are raced against the best so far: each is asked of the
+same parts, and left as soon as it errs more (Maron and Moore 1994; akin to the successive halving of Jamieson and
+Talwalkar 2016, with parts of the log for epochs).
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import exp, log
+from time import perf_counter
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
+from ..networks.registry import LARGEST, NETWORKS, default_options
 from .epochs import probes_of
-from .probes import Probed, held_out_parts, rollout_ratio_of
+from .preparation import sample
+from .probes import HeldOutPart, Probed, held_out_parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
 KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choice("ridge", {"filters": 4}))
@@ -17,6 +25,8 @@ KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choic
 
 _SURE = 2.0
 """Standard errors by which a kind is surely better than the vehicle alone. See `docs/decisions.md`."""
+_STEP, _ROLLED = 3.0, 20
+"""Times that a move changes a setting of the recipe, and rows of the rollouts that it adds to the loss."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,12 +39,16 @@ class Candidate:
     ratio : error of its rollouts over parts that its probes do not know, in that of the vehicle alone
     error : standard error of the logarithm of `ratio`
     probes : all its probes, of which its gain comes
+    recipe : settings that differ from those which were given, by name
+    seconds : that its probes took [s]
     """
 
     choice: Choice
     ratio: float
     error: float
     probes: Probed
+    recipe: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
 
     def holds(self, *, learnable: bool) -> bool:
         """True where it errs less than the vehicle alone, which is one of the kinds, too.
@@ -46,15 +60,21 @@ class Candidate:
         return log(self.ratio) < (0.0 if learnable else -_SURE * self.error)
 
     @property
+    def rank(self) -> tuple[float, float]:
+        """The least is the best: the ratio and one standard error, then the ratio."""
+        return self.ratio * exp(self.error), self.ratio
+
+    @property
     def name(self) -> str:
         """As `train` calls it."""
-        return name_of(self.choice)
+        return name_of(self.choice, self.recipe)
 
 
-def name_of(choice: Choice) -> str:
-    """A kind as `train` calls it."""
+def name_of(choice: Choice, recipe: Mapping[str, float] | None = None) -> str:
+    """A kind, and what of its recipe is its own, as `train` calls it."""
     options = "".join(f" --option {name}={value}" for name, value in (choice.options or {}).items() if value)
-    return f"{choice.network}{' --heading' * choice.heading}{options}"
+    changed = "".join(f" --set {name}={value:.3g}" for name, value in (recipe or {}).items())
+    return f"{choice.network}{' --heading' * choice.heading}{options}{changed}"
 
 
 def candidates(
@@ -64,6 +84,7 @@ def candidates(
     kinds: Sequence[Choice] = KINDS,
     progress: Callable[[str], None] | None = None,
     alone: Vehicle | None = None,
+    minutes: float | None = None,
 ) -> list[Candidate]:
     """Some kinds, the one of the least ratio and standard error first; what cannot stand beside a vehicle is left out.
 
@@ -74,26 +95,26 @@ def candidates(
     ----------
     progress : told the name of each kind before it is tried
     alone : the vehicle without a network, where it changes by the minute, of which networks know nothing
+    minutes : within which the best one should be trained, too: until then, others are tried, those of other networks
+        first where several kinds are given; None for the kinds alone
 
     Raises
     ------
     RequestError
         where none could be tried, such as on a log that is too short.
     """
-    every = held_out_parts(split.train, vehicle, settings.window)
-    found = []
-    for choice in kinds:
-        if progress is not None:
-            progress(name_of(choice))
-        probes = probes_of(split, vehicle, choice, settings, every)
-        if any(part.block for _, part in probes.parts):
-            found.append(Candidate(choice, *rollout_ratio_of(probes, alone), probes))
+    every, begun = held_out_parts(split.train, vehicle, settings.window), perf_counter()
+    race = _Race(split, vehicle, settings, every, alone, progress or (lambda name: None))
+    found = [one for choice in kinds if (one := race.run(choice)) is not None]
     if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    return sorted(found, key=lambda one: (one.ratio * exp(one.error), one.ratio))
+    if minutes is not None:
+        others = [Choice(name) for name in _by_weights() if len(kinds) > 1]
+        found += race.further(found, others, begun + 60.0 * minutes)
+    return sorted(found, key=lambda one: one.rank)
 
 
 def best_of(kinds: Sequence[Candidate], *, learnable: bool) -> Candidate | None:
@@ -105,3 +126,92 @@ def best_of(kinds: Sequence[Candidate], *, learnable: bool) -> Candidate | None:
     learnable : whether what the vehicle leaves is surely more than noise
     """
     return next((one for one in kinds if one.holds(learnable=learnable)), None)
+
+
+class _Race:
+    """Kinds that are asked of the same parts, one part after the other, each a block of time or a region in turn."""
+
+    def __init__(
+        self,
+        split: Split,
+        vehicle: Vehicle,
+        settings: TrainingSettings,
+        parts: Sequence[HeldOutPart],
+        alone: Vehicle | None,
+        progress: Callable[[str], None],
+    ) -> None:
+        self.split, self.vehicle, self.settings, self.alone, self.progress = split, vehicle, settings, alone, progress
+        blocks, regions = ([part for part in parts if part.block is block] for block in (True, False))
+        self.order, self.parts = parts, [part for pair in zip(blocks, regions, strict=True) for part in pair]
+        self.seen: set[str] = set()
+
+    def run(
+        self,
+        choice: Choice,
+        recipe: Mapping[str, float] | None = None,
+        best: Candidate | None = None,
+        until: float = float("inf"),
+    ) -> Candidate | None:
+        """Try a kind; None where it cannot be, or errs more than the best so far, or would not be trained in time."""
+        changed, begun = recipe or {}, perf_counter()
+        name = name_of(choice, changed)
+        self.seen.add(name)
+        self.progress(name)
+        settings = replace(self.settings, **changed)  # type: ignore[arg-type]  # by name
+        probes = Probed()
+        for count, part in enumerate(self.parts, 1):
+            more = probes_of(self.split, self.vehicle, choice, settings, [part])
+            probes = Probed((*probes.parts, *more.parts))
+            now = perf_counter()
+            if now + (2 * len(self.parts) - count) * (now - begun) / count > until:  # the training takes as long again
+                return None
+            if best is not None and count % 2 == 0 and self._errs_more(probes, best, self.parts[:count]):
+                return None
+        if not any(probe.part.block for probe in probes.parts):
+            return None
+        probes = probes.of(self.order)
+        return Candidate(choice, *rollout_ratio_of(probes, self.alone), probes, changed, perf_counter() - begun)
+
+    def _errs_more(self, probes: Probed, best: Candidate, parts: Sequence[HeldOutPart]) -> bool:
+        if not probes.parts:
+            return True
+        return rollout_ratio_of(probes, self.alone)[0] > rollout_ratio_of(best.probes.of(parts), self.alone)[0]
+
+    def further(self, found: Sequence[Candidate], others: Sequence[Choice], until: float) -> Iterator[Candidate]:
+        """What is better than the best so far: other networks, then other sizes and recipes of the best one."""
+        best, queue = min(found, key=lambda one: one.rank), [(choice, {}) for choice in others]
+        while queue or (queue := [move for move in _moves(best, self.settings) if name_of(*move) not in self.seen]):
+            if perf_counter() + best.seconds > until:
+                return
+            choice, recipe = queue.pop(0)
+            if name_of(choice, recipe) in self.seen:
+                continue
+            one = self.run(choice, recipe, best, until)
+            if one is not None and one.rank < best.rank:
+                best = one
+                yield one
+
+
+def _by_weights() -> list[str]:
+    """Networks that stand beside a vehicle, those of the fewest weights first, so that they are the quickest."""
+    return sorted(NETWORKS, key=lambda name: sum(p.numel() for p in sample(Choice(name)).parameters()))
+
+
+def _moves(best: Candidate, settings: TrainingSettings) -> list[tuple[Choice, dict[str, float]]]:
+    """What differs from the best kind in its size or in one setting."""
+    choice, recipe, network = best.choice, dict(best.recipe), best.choice.network
+    options = default_options(network) | dict(choice.options or {})
+    moves = []
+    for name, factors in (("units", (2.0, 0.5)), ("filters", (1.5, 0.5))):
+        for factor in factors:
+            size = round(factor * options.get(name, 0))
+            if 1 <= size <= LARGEST[name]:
+                moves.append((replace(choice, options={**(choice.options or {}), name: size}), recipe))
+    if NETWORKS[network].grown is None:
+        moves += [
+            (choice, recipe | {name: factor * float(recipe[name] if name in recipe else getattr(settings, name))})
+            for name in ("learning_rate", "weight_decay")
+            for factor in (1.0 / _STEP, _STEP)
+        ]
+        moves.append((choice, recipe | {"rollout_rows": 0 if recipe.get("rollout_rows") else _ROLLED}))
+    return moves

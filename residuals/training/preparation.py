@@ -254,12 +254,18 @@ def tabulate(data: DataSet, vehicle: Vehicle, scaling: Scaling, *, pure: bool, h
 
 def _remembers(choice: Choice) -> bool:
     """True when a network has a memory, found by asking a throw-away one."""
+    with torch.no_grad():
+        asked = sample(choice)
+        return bool(asked(torch.zeros(1, 1, 4).to(asked.get_buffer("input_mean")))[1])
+
+
+def sample(choice: Choice) -> Network:
+    """A throw-away network of a kind, of a boat with one thruster."""
     scaling = Scaling(
         Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.eye(3)[:, :1]
     )
-    with torch.random.fork_rng(), torch.no_grad():
-        asked = build(choice.network, scaling, choice.options)
-        return bool(asked(torch.zeros(1, 1, 4).to(asked.get_buffer("input_mean")))[1])
+    with torch.random.fork_rng():
+        return build(choice.network, scaling, choice.options)
 
 
 def _unit(windows: Windows, motions: tuple[Motion, ...]) -> Array:

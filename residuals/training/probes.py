@@ -7,6 +7,7 @@ stretches differ most), so gains are known at distances from training (Roberts e
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,6 @@ _BLOCKS = 3
 """Blocks of time, each held out once."""
 _STRETCH = 10.0
 """What happens within so long a stretch of a log tells of itself alone [s]."""
-Probe = Callable[[Split], NetworkModel]
-"""Trains a network on the training part of a split."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,39 +89,49 @@ def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], 
     return HeldOutPart(known, held, block)
 
 
+class Probe(NamedTuple):
+    """A network that knows a part of a log, the part, and what it predicts of the rest, stretch by stretch."""
+
+    model: NetworkModel
+    part: HeldOutPart
+    said: tuple[HeldOutTrial, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Probed:
-    """Predictions of the probes of one kind on the parts that they do not know.
+    """The probes of one kind, one for each part."""
 
-    Attributes
-    ----------
-    tried : stretch by stretch
-    parts : the probes, each with its part
-    """
+    parts: tuple[Probe, ...] = ()
 
-    tried: tuple[HeldOutTrial, ...] = ()
-    parts: tuple[tuple[NetworkModel, HeldOutPart], ...] = ()
+    @property
+    def tried(self) -> tuple[HeldOutTrial, ...]:
+        """What all of them predict of what they do not know."""
+        return tuple(one for probe in self.parts for one in probe.said)
+
+    def of(self, parts: Sequence[HeldOutPart]) -> "Probed":
+        """Those of some parts, in the order of these."""
+        return Probed(tuple(probe for part in parts for probe in self.parts if probe.part is part))
 
     def held_out(self, *, block: bool) -> Iterator[tuple[NetworkModel, DataSet]]:
         """The probes of blocks of time, or of the others, each with its data and the gain that all other parts tell."""
-        for model, part in self.parts:
+        tried = self.tried
+        for model, part, _ in self.parts:
             if part.block is block:
                 own = {(m.source, k) for m in part.held_out.motions for k in np.unique(_stretches_of(m)).tolist()}
-                others = [one for one in self.tried if one.stretch not in own]
-                model.trust(trusted(model, others or self.tried))  # a first block has nothing else to tell its gain
+                others = [one for one in tried if one.stretch not in own]
+                model.trust(trusted(model, others or tried))  # a first block has nothing else to tell its gain
                 yield model, part.held_out
 
 
-def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Probed:
+def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Callable[[Split], NetworkModel]) -> Probed:
     """Train the probes of one kind, one for each of some parts of the training part of a split.
 
     Parameters
     ----------
     split : whose training part is parted
     asked : the parts
-    probe : trains one network
+    probe : trains one network on the training part of a split
     """
-    tried: list[HeldOutTrial] = []
     parts = []
     for part in asked:
         try:
@@ -130,9 +139,8 @@ def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Pr
             said = predict_held_out(model, part.known, part.held_out)
         except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
             continue
-        tried += said
-        parts.append((model, part))
-    return Probed(tuple(tried), tuple(parts))
+        parts.append(Probe(model, part, tuple(said)))
+    return Probed(tuple(parts))
 
 
 def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> list[HeldOutTrial]:

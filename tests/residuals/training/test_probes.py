@@ -11,11 +11,16 @@ from training_parts import HULL, fresh, parts_of
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
 from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
+from undertow.residuals.networks.registry import build
+from undertow.residuals.training import best_kind
 from undertow.residuals.training.best_kind import KINDS, Candidate, best_of, candidates, name_of
 from undertow.residuals.training.epochs import probe_settings, train
 from undertow.residuals.training.probes import (
+    HeldOutPart,
+    Probe,
     Probed,
     held_out_parts,
     predict_held_out,
@@ -111,7 +116,7 @@ def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
         raise RequestError("training: the loss is nan")
 
     found = train_probes(pushed, held_out_parts(pushed.train, HULL, 10.0), fails)
-    assert (found.tried, found.parts) == ((), ())
+    assert found.parts == ()
     assert rollout_ratio_of(found) == (1.0, np.inf)
     own = trust_of(saying(pushed, 1.0), pushed, found)
     assert own.gain(np.zeros(()))[0] == pytest.approx(1.0, abs=0.05), "the validation part tells of the network itself"
@@ -170,3 +175,46 @@ def test_a_kind_that_holds_is_taken_before_a_better_one_that_does_not() -> None:
     assert best_of([loud, calm], learnable=True) is loud
     assert best_of([loud, calm], learnable=False) is calm
     assert best_of([loud], learnable=False) is None
+
+
+def test_in_the_time_that_is_given_others_are_raced_against_the_best(
+    pushed: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ratios are made up: what a kind errs depends on its units alone, the less the better."""
+
+    def ratio(found: Probed, alone: Vehicle | None = None) -> tuple[float, float]:
+        units = float(found.parts[0].model.network.options.get("units", 99))
+        return (abs(units - 2.0) + 1.0) / 10.0, 0.0
+
+    def probes(split: Split, vehicle: Vehicle, choice: Choice, settings: object, parts: list[HeldOutPart]) -> Probed:
+        asked.append(name_of(choice))
+        network = build(choice.network, fresh("mlp", split).scaling, choice.options)
+        return Probed((Probe(NetworkModel(HULL, network, 0.1), parts[0], ()),))
+
+    asked: list[str] = []
+    monkeypatch.setattr(best_kind, "rollout_ratio_of", ratio)
+    monkeypatch.setattr(best_kind, "probes_of", probes)
+    begun = Choice("gp", {"units": 8})
+    found = candidates(pushed, HULL, SHORT, [begun], minutes=1.0)
+    assert [one.choice.options for one in found] == [{"units": 2}, {"units": 4}, {"units": 8}]
+    parts = {name: asked.count(name) for name in asked}
+    assert parts["gp --option units=16"] == 2, "it errs more than the best on the first two parts"
+    assert parts["gp --option units=4"] == parts["gp --option units=2"] == len(found[0].probes.parts) == 6
+    assert [part.block for _, part, _ in found[0].probes.parts] == [True] * 3 + [False] * 3
+    asked.clear()
+    assert [one.choice for one in candidates(pushed, HULL, SHORT, [begun], minutes=1e-9)] == [begun]
+    assert set(asked) == {"gp --option units=8"}, "no time is left for another"
+    asked.clear()
+    candidates(pushed, HULL, SHORT, [begun, Choice("mlp", {"units": 9})], minutes=1.0)
+    assert {"trees", "lstm", "tcn", "symmetric"} <= set(asked), "of several kinds, other networks are tried, too"
+
+
+def test_moves_change_the_size_or_one_setting_of_the_recipe() -> None:
+    network = Candidate(Choice("mlp"), 0.5, 0.1, Probed(), {"rollout_rows": 20})
+    names = [name_of(*move) for move in best_kind._moves(network, TrainingSettings())]
+    assert names[:2] == [f"mlp --option units={units} --set rollout_rows=20" for units in (256, 64)]
+    assert "mlp --set rollout_rows=20 --set learning_rate=0.03" in names
+    assert "mlp --set rollout_rows=0" in names
+    ridge = Candidate(Choice("ridge", {"filters": 4}), 0.5, 0.1, Probed())
+    moves = best_kind._moves(ridge, TrainingSettings())
+    assert [name_of(*move) for move in moves] == ["ridge --option filters=6", "ridge --option filters=2"]
