@@ -10,7 +10,9 @@ The method was chosen on the tuning seeds; the figures of `docs/results.md` are 
     python benchmarks/bands.py --seeds reporting
 
 asks twelve worlds of each, some minutes on one core. A world that the verb refuses is told, and not counted. With
-`--network KIND` the band is that of a network which `train` puts beside the nominal file, in the place of `discover`.
+`--network KIND` the band is that of a network which `train` puts beside the nominal file, in the place of `discover`,
+and with `--level 0.9` it is made for that share. Its width is told in that within which this share of the errors lies:
+1 is the least that could hold them.
 """
 
 import argparse
@@ -21,6 +23,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from study import foreign_logs
@@ -34,11 +37,14 @@ from study.worlds import NOISES, PARTS, SEEDS, draw
 import undertow
 from undertow.measurements.prepared_logs import ALL, Inputs
 from undertow.physics.errors import LogError, RequestError
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
+from undertow.residuals import series
 from undertow.residuals.models.band_record import QUANTITIES
 from undertow.residuals.models.base import Model
-from undertow.residuals.series import ROOM, HeldPredictions, held_predictions
+from undertow.residuals.models.interval import LEVEL
+from undertow.residuals.series import ROOM, errors_and_widths
 
 GROUPS = ("plant", "file", "no name")
 """Groups of foreign kinds whose boat and whose sensors are the same on another day."""
@@ -101,7 +107,33 @@ def model_of(log: Inputs, network: str | None, folder: Path) -> Model:
     return undertow.load_model(folder)
 
 
-def held(boat: Boat, folder: Path, room: float, network: str | None) -> tuple[float, list[HeldPredictions]]:
+class Held(NamedTuple):
+    """What a band holds of a second run.
+
+    Attributes
+    ----------
+    shares : (4,) of the predictions that end within it, by quantity; NaN where it is told of none
+    widths : (4,) median half-width in the quantile of the errors that the level asks for
+    beyond : share of the predictions of which it says nothing
+    """
+
+    shares: Array
+    widths: Array
+    beyond: float
+
+
+def measured(model: Model, log: Inputs, level: float) -> Held:
+    """What the band of a model holds of all predictions on a log."""
+    assert model.band is not None, "it is asked before"
+    error, widths, known = errors_and_widths(model, model.band, log.whole(ALL).parts.judged)
+    if not known.any():
+        return Held(np.full(4, np.nan), np.full(4, np.nan), 1.0)
+    error, widths = error[known], widths[known]
+    needed = np.maximum(np.quantile(error, level, axis=0), 1e-12)
+    return Held((error <= widths).mean(axis=0), np.median(widths, axis=0) / needed, 1.0 - float(known.mean()))
+
+
+def held(boat: Boat, folder: Path, room: float, network: str | None, level: float) -> tuple[float, list[Held]]:
     """Median half-width of the band of the position after 10 s [m], and what it holds of each second run.
 
     Parameters
@@ -120,19 +152,19 @@ def held(boat: Boat, folder: Path, room: float, network: str | None) -> tuple[fl
         raise RequestError("too few independent predictions for a band")
     low, high = np.array(model.band.lowest), np.array(model.band.highest)
     farther = (room - ROOM) * (high - low) / (1.0 + 2.0 * ROOM)
-    band = model.band.but(lowest=tuple(low - farther), highest=tuple(high + farther))
+    model.band = model.band.but(lowest=tuple(low - farther), highest=tuple(high + farther))
     found = []
     for number, write in enumerate(boat.second):
         other = undertow.read_inputs(write(folder / f"second{number}.csv"), boat.vehicle, progress=None)
-        found.append(held_predictions(model, band, other.whole(ALL).parts.judged))  # as `compare` tells it
+        found.append(measured(model, other, level))
     return model.band.half_width["position"][-1], found
 
 
-def asked(boat: Boat, room: float, network: str | None = None) -> list[HeldPredictions] | None:
+def asked(boat: Boat, room: float, network: str | None = None, level: float = LEVEL) -> list[Held] | None:
     """What the band of a world holds, with a line about it; None where the world gives no band."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            wide, shares = held(boat, Path(folder), room, network)
+            wide, shares = held(boat, Path(folder), room, network, level)
         except (ArithmeticError, LogError, RequestError) as error:
             print(f"{boat.name}: not counted, {str(error)[:120]}", flush=True)
             return None
@@ -141,14 +173,18 @@ def asked(boat: Boat, room: float, network: str | None = None) -> list[HeldPredi
     return shares
 
 
-def told_shares(shares: Sequence[HeldPredictions]) -> str:
+def told_shares(shares: Sequence[Held]) -> str:
     """Mean shares by quantity, and the share of predictions that were beyond the band, in words."""
-    counts = [share for share in shares if share.predictions]
-    beyond = 100.0 * np.mean([share.beyond / (share.predictions + share.beyond) for share in shares])
+    counts = [share for share in shares if share.beyond < 1.0]
+    beyond = 100.0 * np.mean([share.beyond for share in shares])
     if not counts:
         return f"{beyond:.0f} % beyond"
-    means = {quantity: np.mean([share.of(quantity) for share in counts]) for quantity in QUANTITIES}
-    return f"{', '.join(f'{name} {100.0 * mean:.0f} %' for name, mean in means.items())}, {beyond:.0f} % beyond"
+    means = zip(QUANTITIES, np.mean([share.shares for share in counts], axis=0), strict=True)
+    width = np.median([share.widths[0] for share in counts])
+    return (
+        f"{', '.join(f'{name} {100.0 * mean:.0f} %' for name, mean in means)}, {beyond:.0f} % beyond; "
+        f"of the position {width:.2f} times as wide as its errors"
+    )
 
 
 def main() -> None:
@@ -158,18 +194,20 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=12, help="of each kind (12)")
     parser.add_argument("--minutes", type=float, default=60.0, help="no world is begun after so many (60)")
     parser.add_argument("--room", type=float, default=ROOM, help=f"beyond the range of each speed ({ROOM:g} of it)")
+    parser.add_argument("--level", type=float, default=LEVEL, help=f"share that a band is made to hold ({LEVEL:g})")
     parser.add_argument("--network", help="kind of a network in the place of the discovery")
     given = parser.parse_args()
     until = time.monotonic() + 60.0 * given.minutes
-    found: dict[str, list[list[HeldPredictions]]] = {"own": [], "foreign": []}
+    series.LEVEL = given.level
+    found: dict[str, list[list[Held]]] = {"own": [], "foreign": []}
     for boats in zip(*(worlds(given.seeds, given.worlds) for worlds in (own_worlds, foreign_worlds)), strict=True):
         if time.monotonic() > until:
             break
         for shares, boat in zip(found.values(), boats, strict=True):
-            shares += [one for one in [asked(boat, given.room, given.network)] if one is not None]
+            shares += [one for one in [asked(boat, given.room, given.network, given.level)] if one is not None]
     for name, shares in found.items():
         for run, some in zip(RUNS, zip(*shares, strict=True), strict=False):
-            counts = [share.position for share in some if share.predictions]
+            counts = [share.shares[0] for share in some if share.beyond < 1.0]
             told = f"90 % or more in {sum(share >= 0.9 for share in counts)} of {len(counts)} worlds"
             print(f"{name}, {run}: {told_shares(some)}; the position {told}, the least {100.0 * min(counts):.0f} %")
 

@@ -199,18 +199,37 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
     band : of the model
     data : on which predictions are counted
     """
-    asked = _legs(data)
-    if not asked:
+    error, widths, known = errors_and_widths(model, band, data)
+    if not known.size:
         return HeldPredictions()
-    states = _at_seconds(model, asked)
-    known = band.knows(states[..., 3:]).all(axis=1)
-    error = _sizes(states - _measured(asked))[:, -1:]
-    spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(band.shift)])[:, -1:]
-    widths = band.half_widths(spread, np.array(band.seconds[-1:]), _beyond(model, asked)[:, -1:])
-    inside = (error <= widths)[known, 0]
+    inside = (error <= widths)[known]
     counts = {"predictions": len(inside), "beyond": int((~known).sum())}
     shares = inside.mean(axis=0).tolist() if len(inside) else [float("nan")] * len(QUANTITIES)
     return HeldPredictions(**counts, **dict(zip(QUANTITIES, shares, strict=True)))
+
+
+def errors_and_widths(model: Model, band: PredictionBand, data: DataSet) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Errors of predictions of 10 s on data, the half-widths of a band there, and whether it is told of them.
+
+    Parameters
+    ----------
+    model : that predicts
+    band : of the model
+    data : on which predictions are asked
+
+    Returns
+    -------
+    (error, widths, known)
+        (predictions, 4) [m, m/s, m/s, rad/s], the same, and (predictions,)
+    """
+    asked = _legs(data)
+    if not asked:
+        return np.zeros((0, 4)), np.zeros((0, 4)), np.zeros(0, dtype=bool)
+    states = _at_seconds(model, asked)
+    known = band.knows(states[..., 3:]).all(axis=1)
+    spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(band.shift)])[:, -1:]
+    widths = band.half_widths(spread, np.array(band.seconds[-1:]), _beyond(model, asked)[:, -1:])
+    return _sizes(states - _measured(asked))[:, -1], widths[:, 0], known
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a start whose prediction runs away has a width without end

@@ -123,7 +123,7 @@ def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
 
 
 def test_a_probe_has_few_epochs_and_is_said_whole() -> None:
-    assert probe_settings(TrainingSettings(), "mlp") == TrainingSettings(epochs=40, trust=False)
+    assert probe_settings(TrainingSettings(), "mlp") == TrainingSettings(epochs=20, trust=False)
     assert probe_settings(SHORT, "mlp") == replace(SHORT, trust=False)
     assert probe_settings(SHORT, "gp") == replace(SHORT, epochs=1, trust=False)
 
