@@ -119,8 +119,8 @@ def tell_discovery(
         from ..residuals.training.training_settings import TrainingSettings
         from ..workflows.whole_answer import with_network
 
-        recipe = TrainingSettings(seed=seed)
-        run, trained = with_network(run, residual, settings=recipe, minutes=minutes, progress=progress)
+        recipe = TrainingSettings(seed=seed, minutes=minutes or 0.0)
+        run, trained = with_network(run, residual, settings=recipe, progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     if trained is not None:
         from ..workflows.train import write_network

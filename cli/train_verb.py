@@ -45,21 +45,12 @@ def train(
     from ..workflows import train as trained
 
     trained.check_folder(out, resume, (logs, vehicle, reading.channel_map), force=force)
-    given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
+    given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows, "minutes": minutes}
     settings = settings_with(set_ or [], seed=seed, device=device, **given)
     choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
     inputs = read_logs(logs, vehicle, reading)
     try:
-        done = trained.train(
-            inputs,
-            choice,
-            settings=settings,
-            out=out,
-            resume=resume,
-            force=force,
-            minutes=minutes,
-            progress=progress,
-        )
+        done = trained.train(inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress)
     except trained.NothingToLearnError as end:
         print_json({"schema": trained.TRAIN_SCHEMA, "network": None, "why": str(end)}) if as_json else prose(str(end))
         return

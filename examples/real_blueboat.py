@@ -121,9 +121,14 @@ def divisions(names: Sequence[str], splits: int) -> list[list[str]]:
 
 def model(train: Sequence[Motion], start: Vehicle) -> tuple[Vehicle, Discovery]:
     """The linear model fitted to rollouts, and what discovery makes of it."""
-    clear = correct_compass(train)
-    linear = polish(clear.motions, start, FITTED, ShootingSettings(turned=clear.turned)).vehicle
+    linear = fitted(train, start)
     return linear, find_missing(train, linear)
+
+
+def fitted(train: Sequence[Motion], start: Vehicle) -> Vehicle:
+    """The linear model fitted to rollouts."""
+    clear = correct_compass(train)
+    return polish(clear.motions, start, FITTED, ShootingSettings(turned=clear.turned)).vehicle
 
 
 def errors(vehicle: Vehicle, motions: Sequence[Motion], horizon: float) -> tuple[np.ndarray, np.ndarray, int]:

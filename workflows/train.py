@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -188,7 +187,6 @@ def train(
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     force: bool = False,
-    minutes: float | None = None,
     progress: Say | None = SHOWN,
     watch: "Callable[[Epoch], None] | None" = None,
 ) -> TrainRun:
@@ -204,8 +202,6 @@ def train(
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
     force : replace also files in `out` that undertow did not write, or that were changed since
-    minutes : in which other sizes and settings of the recipe are tried, and of `BEST` other networks, too, by what they
-        err on parts of the logs that they do not know; about so long all of it takes. None for what was chosen alone
     progress : called with lines about the work, shown where nothing is said; None for silence
     watch : called after each epoch
 
@@ -229,15 +225,15 @@ def train(
     require_torch()
     if chosen.network == BEST and (chosen.options or chosen.pure or chosen.heading):
         raise RequestError(_BEST_CHOOSES)
-    if minutes is not None:
-        _check_minutes(minutes, chosen, resume=resume)
+    recipe, alone = settings or TrainingSettings(), inputs.vehicle
+    if recipe.minutes:
+        _check_search(chosen, resume=resume)
     from ..residuals.networks.registry import NETWORKS
-    from ..residuals.training.best_kind import KINDS, best_of, candidates
+    from ..residuals.training.best_kind import best_of
     from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
-    recipe, alone = settings or TrainingSettings(), inputs.vehicle
     along = at_beginning(alone)  # a network knows no time
     inputs = replace(inputs, vehicle=inputs.vehicle.with_values({COMMAND_OFFSET.symbol: 0.0}))
 
@@ -253,14 +249,8 @@ def train(
     left = None if chosen.pure else _left(inputs, along, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
     asked: list[str] = []
-    if left is not None and (chosen.network == BEST or minutes is not None):
-        tried = KINDS if chosen.network == BEST else (chosen,)
-        try:
-            trying = _trying(progress, asked)
-            kinds = tuple(candidates(inputs.parts.split, along, recipe, tried, trying, alone, minutes))
-        except RequestError:  # such as of a log that is too short to be parted
-            _left(inputs, along, decline=recipe.decline)
-            raise
+    if left is not None and (chosen.network == BEST or recipe.minutes):
+        kinds = _tried(inputs, alone, chosen, recipe, _trying(progress, asked))
         best = best_of(kinds, learnable=left.worth_it)
         if best is None and recipe.decline and chosen.network == BEST:
             raise NothingToLearnError(none_holds_elsewhere(kinds, left))
@@ -309,21 +299,39 @@ def write_network(run: TrainRun, target: Path, *, force: bool = False) -> None:
     save_network(run.model, target, training, force=force)
 
 
-def _check_minutes(minutes: float, choice: Choice, *, resume: bool) -> None:
-    """Refuse a search that could not be.
+def _check_search(choice: Choice, *, resume: bool) -> None:
+    """Refuse to search beside a network that is not judged on parts of the logs.
 
     Raises
     ------
     RequestError
-        for a time that is none, or a network that is not judged on parts of the logs.
+        for a pure network, a start, or an interrupted training.
     """
-    if not (isfinite(minutes) and minutes > 0.0):
-        raise RequestError(f"train: expected a positive number of minutes, got {minutes:g}")
     if choice.pure or choice.start is not None or resume:
         what = "--pure" if choice.pure else "--resume" if resume else "--start"
         raise RequestError(
             f"train: --minutes searches among hybrids with fresh weights, so it cannot be with {what}; leave one out"
         )
+
+
+def _tried(
+    inputs: Inputs, vehicle: Vehicle, choice: Choice, recipe: TrainingSettings, told: Callable[[str], None]
+) -> "tuple[Candidate, ...]":
+    """The kinds of network that were tried beside a vehicle, the best first.
+
+    Raises
+    ------
+    NothingToLearnError
+        where none could be, and nothing is left to learn.
+    """
+    from ..residuals.training.best_kind import KINDS, candidates
+
+    kinds, along = KINDS if choice.network == BEST else (choice,), at_beginning(vehicle)
+    try:
+        return tuple(candidates(inputs.parts.split, along, recipe, kinds, told, vehicle))
+    except RequestError:  # such as of a log that is too short to be parted
+        _left(inputs, along, decline=recipe.decline)
+        raise
 
 
 def _trying(progress: Say | None, asked: list[str]) -> Callable[[str], None]:

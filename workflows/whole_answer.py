@@ -36,7 +36,6 @@ def with_network(
     kind: str,
     *,
     settings: TrainingSettings | None = None,
-    minutes: float | None = None,
     progress: Say | None = SHOWN,
 ) -> tuple[Run, TrainRun | None]:
     """A run whose comparison has a network beside the corrected model, too, and what came of its training.
@@ -49,7 +48,6 @@ def with_network(
     ----------
     kind : of network, or `train.BEST`
     settings : of the recipe
-    minutes : in which other networks are tried, too, see `train`
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Returns
@@ -69,9 +67,7 @@ def with_network(
         inputs = inputs.mapped(found.hidden.corrected)
     along = inputs.vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
     try:
-        done = train(
-            replace(inputs, vehicle=along), choice_of(None, kind), settings=settings, minutes=minutes, progress=progress
-        )
+        done = train(replace(inputs, vehicle=along), choice_of(None, kind), settings=settings, progress=progress)
     except NothingToLearnError as end:
         return _noting(run, str(end)), None
     done.model.name = _name(done.model.network.name)

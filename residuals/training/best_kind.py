@@ -84,7 +84,6 @@ def candidates(
     kinds: Sequence[Choice] = KINDS,
     progress: Callable[[str], None] | None = None,
     alone: Vehicle | None = None,
-    minutes: float | None = None,
 ) -> list[Candidate]:
     """Some kinds, the one of the least ratio and standard error first; what cannot stand beside a vehicle is left out.
 
@@ -93,10 +92,10 @@ def candidates(
 
     Parameters
     ----------
+    settings : of the recipe; until its minutes are over, others are tried, too, those of other networks first where
+        several kinds are given
     progress : told the name of each kind before it is tried
     alone : the vehicle without a network, where it changes by the minute, of which networks know nothing
-    minutes : within which the best one should be trained, too: until then, others are tried, those of other networks
-        first where several kinds are given; None for the kinds alone
 
     Raises
     ------
@@ -109,11 +108,12 @@ def candidates(
     if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
-            f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
+            f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp) without "
+            "--minutes"
         )
-    if minutes is not None:
+    if settings.minutes:
         others = [Choice(name) for name in _by_weights() if len(kinds) > 1]
-        found += race.further(found, others, begun + 60.0 * minutes)
+        found += race.further(found, others, begun + 60.0 * settings.minutes)
     return sorted(found, key=lambda one: one.rank)
 
 

@@ -87,6 +87,8 @@ class TrainingSettings:
     sensor_noise : multiple of the log's own sensor noise that is drawn anew onto the velocities that a network with
         memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
         the noise of the measured acceleration better than the true model could, and rolls out worse
+    minutes : in which other sizes and settings are tried, too, and other networks where the best is asked for, see
+        `best_kind`: about so long all of it takes; 0 for none
     trust : multiply the correction of a hybrid by the gain that parts of the log tell which it does not know, see
         `networks.trust`; else it is said whole everywhere
     decline : do not train a kind that was named beside a vehicle whose error is no more than the noise of the sensors,
@@ -118,6 +120,7 @@ class TrainingSettings:
     lambda_rollout: float = 10.0
     rollout_rows: int = 0
     sensor_noise: float = 1.0
+    minutes: float = 0.0
     trust: bool = True
     decline: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
@@ -136,7 +139,7 @@ class TrainingSettings:
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
         weights = ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout")
-        for name in (*weights, "sensor_noise", "huber"):
+        for name in (*weights, "sensor_noise", "huber", "minutes"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
         for name in ("overlap", "averaging"):

@@ -201,7 +201,7 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
         (("--epochs", "0"), "at least 1 for epochs"),
         (("--device", "tpu"), "auto or cpu or cuda"),
         (("--rollout-rows", "100"), "give shorter rollouts"),
-        (("--minutes", "0"), "expected a positive number of minutes, got 0"),
+        (("--minutes", "-1"), "expected minutes of 0 or more, got -1"),
         (("--minutes", "3", "--pure"), "searches among hybrids with fresh weights, so it cannot be with --pure"),
         (("--resume",), "expected a folder with the checkpoint.safetensors of an interrupted training, but M does not"),
         (

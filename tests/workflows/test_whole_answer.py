@@ -42,8 +42,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp_path: Path) -> None:
-    few = TrainingSettings(epochs=20, device="cpu")
-    whole, done = with_network(run, "ridge", settings=few, minutes=0.2, progress=None)
+    few = TrainingSettings(epochs=20, device="cpu", minutes=0.2)
+    whole, done = with_network(run, "ridge", settings=few, progress=None)
     assert done is not None
     assert {kind.name for kind in done.kinds} | set(done.left_behind) >= {"ridge"}
     assert done.model.vehicle == at_beginning(run.discovery.corrected), "without what is this log's alone"

@@ -195,17 +195,17 @@ def test_in_the_time_that_is_given_others_are_raced_against_the_best(
     monkeypatch.setattr(best_kind, "rollout_ratio_of", ratio)
     monkeypatch.setattr(best_kind, "probes_of", probes)
     begun = Choice("gp", {"units": 8})
-    found = candidates(pushed, HULL, SHORT, [begun], minutes=1.0)
+    found = candidates(pushed, HULL, replace(SHORT, minutes=1.0), [begun])
     assert [one.choice.options for one in found] == [{"units": 2}, {"units": 4}, {"units": 8}]
     parts = {name: asked.count(name) for name in asked}
     assert parts["gp --option units=16"] == 2, "it errs more than the best on the first two parts"
     assert parts["gp --option units=4"] == parts["gp --option units=2"] == len(found[0].probes.parts) == 6
     assert [part.block for _, part, _ in found[0].probes.parts] == [True] * 3 + [False] * 3
     asked.clear()
-    assert [one.choice for one in candidates(pushed, HULL, SHORT, [begun], minutes=1e-9)] == [begun]
+    assert [one.choice for one in candidates(pushed, HULL, replace(SHORT, minutes=1e-9), [begun])] == [begun]
     assert set(asked) == {"gp --option units=8"}, "no time is left for another"
     asked.clear()
-    candidates(pushed, HULL, SHORT, [begun, Choice("mlp", {"units": 9})], minutes=1.0)
+    candidates(pushed, HULL, replace(SHORT, minutes=1.0), [begun, Choice("mlp", {"units": 9})])
     assert {"trees", "lstm", "tcn", "symmetric"} <= set(asked), "of several kinds, other networks are tried, too"
 
 
