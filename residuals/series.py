@@ -226,7 +226,7 @@ def errors_and_widths(model: Model, band: PredictionBand, data: DataSet) -> tupl
     if not asked:
         return np.zeros((0, 4)), np.zeros((0, 4)), np.zeros(0, dtype=bool)
     states = _at_seconds(model, asked)
-    known = band.knows(states[..., 3:]).all(axis=1)
+    known = np.all(band.knows(states[..., 3:]), axis=1)
     spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(band.shift)])[:, -1:]
     widths = band.half_widths(spread, np.array(band.seconds[-1:]), _beyond(model, asked)[:, -1:])
     return _sizes(states - _measured(asked))[:, -1], widths[:, 0], known
