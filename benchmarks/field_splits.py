@@ -41,9 +41,12 @@ def models(paths: Sequence[Path], linear: Vehicle, channels: Path, kind: str) ->
     _, done = with_network(run, kind, settings=TrainingSettings(device="cpu"), progress=None)
     corrected = VehicleModel(run.discovery.corrected, "corrected")
     whole = corrected if done is None else done.model
-    print(
-        f"  names: {', '.join(sorted(LAKE['found_names'](run.discovery))) or 'none'}; network: {whole.name}", flush=True
-    )
+    names = ", ".join(sorted(LAKE["found_names"](run.discovery))) or "none"
+    print(f"  names: {names}; network: {'none' if done is None else done.model.network.name}")
+    if done is not None:
+        print(
+            "  kinds:", ", ".join(f"{kind.name} {kind.ratio:.3f} ({kind.error:.3f})" for kind in done.kinds), flush=True
+        )
     return {"linear": VehicleModel(linear, "linear"), "corrected": corrected, "whole": whole}
 
 
