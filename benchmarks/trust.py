@@ -2,12 +2,12 @@
 
 Networks are trained beside a calibrated vehicle on a log, most of them gentle, and judged on a whole run that is not
 like it. *verb* is what `train` gives: the vehicle alone where it declines, since nothing is left to learn. Beside its
-gain (*train*, also where it declines) stand others of the same network: none of it (*whole*), a fade of half a deviation
-(*narrow*), gains that know no held-out regions (*blocks*), that sum no rows (*rows*), that never end (*stays*), and
-that end at once, twice or eight times what was tried, not at four times (*ends 1*, *ends 2*, *ends 8*). An error is
-worse where it exceeds that of the vehicle alone by more than 3 % of that of the nominal file, on any axis or of
-position, one step ahead or over 2 and 10 s. Results are kept one by one in a folder; they count only for the source
-that made them. Seeds from 100 are for tuning.
+gain (*train*, also where it declines) stand others of the same network: none of it (*whole*), a fade of half a
+deviation (*narrow*), gains that know no held-out regions (*blocks*), that sum no rows (*rows*), that never end
+(*stays*), and that end at once, twice or eight times what was tried, not at four times (*ends 1*, *ends 2*, *ends 8*).
+An error is worse where it exceeds that of the vehicle alone by more than 3 % of that of the nominal file, on any axis
+or of position, one step ahead or over 2 and 10 s. Results are kept one by one in a folder; they count only for the
+source that made them. Seeds from 100 are for tuning.
 
     python benchmarks/trust.py [--gazebo FOLDER] [--only NAME]... [--network gp]... [--seeds 1] [--folder DIR]
         [--table trust.md]

@@ -1,6 +1,7 @@
 """Words for models: the band about their predictions, what there was to learn for a network, and what the laws took."""
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,6 +128,17 @@ def kinds_in_words(kinds: "Sequence[Candidate]", left_behind: Sequence[str] = ()
         + f" Left half way, since they erred more or would take too long: {listing(left_behind)}."
         * bool(left_behind)
     )
+
+
+def left_elsewhere(network: str, ratio: float, error: float) -> list[str]:
+    """What networks of a kind leave of the vehicle's error on parts of the log that they do not know; none untried."""
+    if not isfinite(error):
+        return []
+    return [
+        f"In predictions of 2 and 10 s over parts of the log that they did not know, networks of the kind {network} "
+        f"leave {percent(ratio)} of the vehicle's error (standard error {percent(ratio * error)})"
+        + (": the vehicle alone errs less there, and --residual best tries other kinds." if ratio > 1.0 else ".")
+    ]
 
 
 def none_holds_elsewhere(kinds: "Sequence[Candidate]", left: "LearnableResidual") -> str:

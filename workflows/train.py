@@ -26,6 +26,7 @@ from ..physics.vehicle import Vehicle
 from ..reports.model_words import (
     broken_laws,
     kinds_in_words,
+    left_elsewhere,
     none_holds_elsewhere,
     on_judged_rows,
     say_learnable,
@@ -108,7 +109,11 @@ class TrainRun:
                 else [f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}."]
             ),
             *([] if self.left is None else [f"Without it, {say_learnable(self.left)}."]),
-            *([kinds_in_words(self.kinds, self.left_behind)] if self.kinds else []),
+            *(
+                [kinds_in_words(self.kinds, self.left_behind)]
+                if self.kinds
+                else left_elsewhere(model.network.name, *found.elsewhere)
+            ),
         ]
         if found.best_epoch == 0:
             than = "the vehicle alone" if found.start is None else f"the network {found.start} as it was"

@@ -24,7 +24,15 @@ from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_ch
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .preparation import Prepared, prepare_training, tabulate
-from .probes import HeldOutPart, Probed, extend_trust, held_out_parts, train_probes, trust_of
+from .probes import (
+    HeldOutPart,
+    Probed,
+    extend_trust,
+    held_out_parts,
+    rollout_ratio_of,
+    train_probes,
+    trust_of,
+)
 from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
 from .training_settings import Choice, TrainingSettings
@@ -114,7 +122,8 @@ def train(
             _calibrate_errors(model, split, probed)
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
-    return Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, learnt.seconds, start)
+    told = (model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, learnt.seconds, start)
+    return Trained(*told, elsewhere=rollout_ratio_of(probed))
 
 
 def _calibrate_errors(model: NetworkModel, split: Split, probed: Probed) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,8 @@ class Trained:
     settings : of the recipe
     seconds : of motion that the kept weights know [s]
     start : name of the network that it went on from
+    elsewhere : error that networks like it leave of the vehicle's in rollouts over parts of the log that they did not
+        know, and the standard error of its logarithm, see `probes.rollout_ratio_of`; (1, inf) where nothing was tried
     """
 
     model: NetworkModel
@@ -43,6 +46,7 @@ class Trained:
     settings: TrainingSettings
     seconds: float
     start: str | None = None
+    elsewhere: tuple[float, float] = (1.0, inf)
 
     @property
     def violating(self) -> float:
@@ -70,6 +74,7 @@ class Trained:
             "lawful": self.lawful,
             "violating": self.violating,
             "stopped": self.stopped,
+            "elsewhere": self.elsewhere[0] if isfinite(self.elsewhere[1]) else None,
             "epochs": [asdict(epoch) for epoch in self.epochs],
         }
 
