@@ -1,6 +1,7 @@
 """Advice: the manoeuvres that would settle what a log leaves open, chosen by rehearsing all of them on the model."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -51,7 +52,7 @@ def advise(
     rehearsal = rehearsal or (rehearse(search, state.vehicle, state.active) if questions else None)
     if rehearsal is None or not questions:
         return ()
-    partings = separate_effects(search, state, questions, plausible, rehearsal)
+    partings = [_where_visible(p) for p in separate_effects(search, state, questions, plausible, rehearsal)]
     promising = [p for p in partings if p.gain.max() >= CERTAINLY / _MOST_RUNS]
     plan: dict[int, list[Separation]] = {}
     for left in ([p for p in promising if p.selected], [p for p in promising if not p.selected]):
@@ -105,6 +106,11 @@ def open_questions(
             questions[e.key] = e.indistinguishable_from
     asked = {e.key for e in evidence if e.faint}
     return questions | {e.key: () for e in evidence if not e.selected and e.key in blind and e.key not in asked}
+
+
+def _where_visible(parting: Separation) -> Separation:
+    """The same without axes of trials on which the force would hardly be seen: there the log alone would tell."""
+    return replace(parting, information=np.where(parting.share >= _VISIBLE, parting.information, 0.0))
 
 
 def _serves(parting: Separation, trial: int) -> bool:
