@@ -341,11 +341,9 @@ class Folds(Record):
         some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
             return f"{text} it found {listing(some) or 'no name that stands'}."
-        others = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n < self.count]
-        one_by_one = f" ({listing(others)})" if others else ""
-        how_often = f"found just these names {_times(self.same_names)}"
-        found = how_often if self.same_names else "never found just these names"
-        return f"{text} it {found}{one_by_one}. A name that hangs on one part of the log is less sure."
+        every = [f"{words(key)} {'each time' if n == self.count else _times(n)}" for key, n in self.named.items()]
+        just = f", and just the names that stand here {_times(self.same_names)}" if self.same_names else ""
+        return f"{text} it found {listing(every)}{just}. A name that hangs on one part of the log is less sure."
 
 
 def _times(count: int) -> str:

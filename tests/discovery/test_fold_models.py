@@ -134,8 +134,9 @@ def test_folds_tell_how_many_of_them_find_an_effect():
     told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
     begun = "The search was repeated 4 times, each time with a different part of the log left out: "
     means = " A name that hangs on one part of the log is less sure."
-    assert told.in_words(True) == f"{begun}it found just these names once (cg offset once).{means}"
-    assert told.but(same_names=0).in_words(True) == f"{begun}it never found just these names (cg offset once).{means}"
+    found = f"{begun}it found surge trim each time and cg offset once"
+    assert told.in_words(True) == f"{found}, and just the names that stand here once.{means}"
+    assert told.but(same_names=0).in_words(True) == f"{found}.{means}"
     same = "Repeated 4 times without a part of the log, the search found the same names."
     assert told.but(same_names=4).in_words(True) == same
     assert told.in_words(False) == f"{begun}it found surge trim 4 times and cg offset once."
