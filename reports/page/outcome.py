@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
 
-from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, Comparison, Grounds
+from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, NamelessForce, Step, comes_and_goes
 from ...physics.motion import AXES
@@ -196,8 +196,9 @@ def also_likely(findings: Findings) -> str:
 def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     """What a model cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
 
-    The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so; of
-    predictions over the horizon that decides, the baselines that are compared. Empty where nothing is worse.
+    The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so, but where
+    half of the squared error of the predicted speed is the sensors' noise: noise in, noise out. Of predictions over the
+    horizon that decides, the baselines that are compared say it. Empty where nothing is worse.
 
     Parameters
     ----------
@@ -212,7 +213,8 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     horizon = pick_horizon(list(own.rollout), comparison.best.horizon or LEAD)
     told = []
     poor = [(axis, own.acceleration.r2.of(axis)) for axis in AXES]
-    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL and axis not in quiet]
+    still = (*quiet, *_at_noise(own, horizon, comparison))
+    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL and axis not in still]
     told += [f"in the acceleration of {listing(named)}"] * bool(named)
     guesses = _guesses(comparison, horizon)
     if horizon in own.rollout and guesses:
@@ -223,6 +225,14 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
     name = f"The {own.name} model" if own.name in (NOMINAL, CALIBRATED, CORRECTED) else own.name
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
+
+
+def _at_noise(model: ComparedModel, horizon: str, comparison: Comparison) -> list[str]:
+    """The axes on which noise makes half of the squared error of the speed that a model predicts."""
+    if comparison.noise is None or horizon not in model.rollout:
+        return []
+    told = model.rollout[horizon]
+    return [axis for axis in AXES if told.of(axis) ** 2 <= 2.0 * comparison.noise.of(axis) ** 2]
 
 
 def quiet_axes(findings: Findings) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ from undertow.reports.page.page import page
 from undertow.reports.run_contents import Rival
 from undertow.reports.sureness import SURE, source_marks
 from undertow.reports.terminal.findings_screen import remaining_error
+from undertow.residuals.scores import ByAxis
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
@@ -441,6 +442,17 @@ def test_what_the_model_cannot_do_stands_under_the_verdict(r2: tuple[float, ...]
     )
     lines = opening(story(2.0, 0.5), found)
     assert lines[:2] == ["The model is missing Munk moment.", told] if said else told not in lines
+
+
+def test_an_acceleration_of_noise_is_no_failure_where_the_speed_is_predicted_as_well_as_it_is_measured():
+    models = (
+        scored("nominal", (-99.0, -99.0, -99.0), (9.0, 9.0, 9.0)),
+        scored("corrected", (0.6, -1.7, 0.4), (0.1,) * 3),
+    )
+    found = NOTHING.but(models=models, best=Best(model="corrected"))
+    assert "in the acceleration of sway" in cannot(found)
+    assert cannot(found.but(noise=ByAxis(surge=0.01, sway=0.08, yaw=0.01))) == ""
+    assert "in the acceleration of sway" in cannot(found.but(noise=ByAxis(surge=0.1, sway=0.06, yaw=0.1)))
 
 
 def test_it_is_told_of_the_model_to_trust_and_of_the_corrected_one_where_none_is():
