@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
@@ -317,27 +318,39 @@ class OtherForm(NamelessForce):
 
 
 def leading_force(
-    terms: Sequence[tuple[str, str]], forms: Sequence[tuple[str, str]], lasting: Sequence[str], *, rollouts: bool
+    terms: Sequence[tuple[str, str]], forms: Sequence[tuple[str, str, float]], lasting: Sequence[str], *, rollouts: bool
 ) -> NamelessForce | None:
     """The force without a name that an open verdict tells of: terms of the model, else what its rest follows.
 
     A law of the hull is none, nor is a trim. Where rollouts judge, waves and sensors that drift move sway and yaw about
     as much as forces do, and the rest of the force balance follows them: there a form must be in surge, or of a force
-    that lasts.
+    that lasts. A product of speeds bends to what it happens to go along with, a thrust, a place, a time or a kink: one
+    of these on its axis, half as large and more, is told first.
 
     Parameters
     ----------
-    terms, forms : axis and form of each term without a name, and of each force that the rest follows, the best first
+    terms : axis and form of each term without a name, the best first
+    forms : axis, form and share of the force at work of each force that the rest follows, the best first
     lasting : axes on which a force lasts that nothing explains, the largest first
     rollouts : whether these judge
     """
-    if terms:
-        axis = terms[0][0]
-        return NamelessForce(axis=axis, follows=listing([form for where, form in terms if where == axis]))
     laws = {(AXES[axis], canonical(form.factors)) for _, axis, form in HYDRODYNAMIC} | {(axis, "") for axis in AXES}
-    seen = [one for one in forms if one not in laws and (not rollouts or one[0] in ("surge", *lasting))]
-    first = min(seen, key=lambda one: one[0] not in lasting[:1], default=None)
-    return None if first is None else NamelessForce(axis=first[0], follows=first[1])
+    seen = [one for one in forms if one[:2] not in laws and (not rollouts or one[0] in ("surge", *lasting))]
+    if terms:
+        axis, least = terms[0][0], 0.0
+        follows = listing([form for where, form in terms if where == axis])
+    elif seen:
+        axis, follows, share = min(seen, key=lambda one: one[0] not in lasting[:1])
+        least = 0.5 * share if _PRODUCT.fullmatch(follows) else inf
+    else:
+        return None
+    plainer = [one for one in seen if one[0] == axis and one[2] >= least and not _PRODUCT.fullmatch(one[1])]
+    best = max(plainer, key=lambda one: one[2], default=None)
+    return NamelessForce(axis=axis, follows=follows if best is None else best[1])
+
+
+_PRODUCT = re.compile(r"[uvr|^0-9.]+")
+"""A product of speeds and their sizes, as forms are written."""
 
 
 def comes_and_goes(passing: Mapping[str, float]) -> str:

@@ -160,7 +160,7 @@ def _nameless(g: VerdictInputs, unnamed: Sequence[FittedTerm], forms: Sequence[O
     """The force without a name that is known best."""
     return leading_force(
         [(term.axis, term.form) for term in unnamed],
-        [(form.axis, form.follows) for form in forms],
+        [(form.axis, form.follows, form.share) for form in forms],
         [rest.axis for rest in g.persistent],
         rollouts=not g.search.balance.forces,
     )

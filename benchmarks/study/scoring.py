@@ -167,11 +167,9 @@ def leads(record: Record) -> NamelessForce | None:
     in_play = [c for c in in_play if c["kept"]] or in_play
     if record["verdict"] != "undecided" or (in_play and in_play[0]["odds"] >= PROBABLE):
         return None
-    if record.get("force"):  # those before it have what it is made of
-        return NamelessForce.model_validate(record["force"])
     return leading_force(
         terms_of(record),
-        [(axis, text) for axis, text, *_ in record.get("forms", ())],
+        [(axis, text, share) for axis, text, share in record.get("forms", ())],
         [axis for axis, _ in record.get("rests", ())],
         rollouts=bool(record.get("passing")) or any(c["claim"]["tests"].get("rolls") for c in record.get("claims", ())),
     )

@@ -115,7 +115,7 @@ _ALIKE = 1e-3
 _CLOSE = 0.005
 """Difference of two errors on another run that are the same, as a share of the nominal error: a quarter of that by
 which a written model counts as worse."""
-_JUDGED = ("seconds", "headline", "missing", "likely", "first", "force", "reasons", "reason", "odds", "told")
+_JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reason", "odds", "told")
 """What is no fact: time, and what the judgement makes of the facts and says of them."""
 
 

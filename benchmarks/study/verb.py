@@ -131,7 +131,6 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "rests": [(rest.axis, rest.share) for rest in findings.rests],
         "passing": [(axis, share) for axis, share in findings.passing.items()],
         "forms": [(form.axis, form.follows, form.share) for form in findings.other_forms],
-        "force": findings.nameless.model_dump(mode="json") if findings.nameless else None,
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
         # Of the names that stand in no model: how many there are, and which nearly earn their price.
         "unclaimed": sum(c.claim is None and not c.cannot_tell for c in findings.candidates),

@@ -346,6 +346,8 @@ def _in_play(findings: Findings, comparison: Comparison) -> str:
         return f"{force.in_words}{learn}; {others}."
     if findings.unnamed:
         what = f"a {force.kind} without a name in {force.axis} that {force.acts}" if force else "a force without a name"
+        terms = listing([term.form for term in findings.unnamed if force and term.axis == force.axis])
+        what += f" (as {terms})" * bool(force and terms != force.follows)
         names.insert(0 if force else len(names), what)
     if names:
         return f"{listing(names)}. model.yaml has {'them' if len(names) > 1 or len(own) > 1 else 'it'}."

@@ -299,6 +299,10 @@ def test_a_force_without_a_name_stands_before_names_that_are_not_likely():
     term = {"axis": "surge", "form": "u^3", "value": -1.0, "inclusion": 0.9}
     terms = open_story(2.0, 1.0, unnamed=[term], nameless=NamelessForce(axis="surge", follows="u^3"))
     assert answer(terms, compared, BOAT)[1].text.startswith("a force without a name in surge that follows u^3, surge")
+    beyond = NamelessForce(axis="surge", follows="u beyond 0.8 m/s")
+    told = answer(terms.but(nameless=beyond), compared, BOAT)[1].text
+    assert told.startswith("a force without a name in surge that follows u beyond 0.8 m/s (as u^3), surge")
+    assert told.endswith("model.yaml has them.")
     assert answer(terms.but(nameless=None), compared, BOAT)[1].text.startswith("surge linear damping (")
 
 
@@ -320,7 +324,7 @@ Form = tuple[str, str]
 
 def test_which_force_without_a_name_is_told_first():
     def first(*forms: Form, terms: Sequence[Form] = (), lasts: Sequence[str] = (), rolls: bool = False) -> object:
-        found = leading_force(terms, forms, lasts, rollouts=rolls)
+        found = leading_force(terms, [(*form, 0.1) for form in forms], lasts, rollouts=rolls)
         return found and (found.axis, found.follows)
 
     assert first(("sway", "v"), ("surge", ""), ("yaw", "v^3")) == ("yaw", "v^3"), "a law of the catalogue is none"
@@ -330,6 +334,32 @@ def test_which_force_without_a_name_is_told_first():
     assert first(("yaw", "v^3"), rolls=True) is None
     assert first(("yaw", "v^3"), rolls=True, lasts=("yaw",)) == ("yaw", "v^3")
     assert first(("surge", "u^3"), terms=(("sway", "u^2"), ("yaw", "r^3"), ("sway", "u^3"))) == ("sway", "u^2 and u^3")
+
+
+@pytest.mark.parametrize(
+    ("shares", "told"),
+    [
+        ((0.2, 0.11, 0.12), "u|u| east of 3 m"),
+        ((0.2, 0.09, 0.08), "v^2|r|"),
+        ((0.2, 0.11, 0.09), "all thrust times |r|"),
+    ],
+)
+def test_a_thrust_or_a_place_is_told_before_a_product_of_speeds_that_goes_along_with_it(
+    shares: tuple[float, ...], told: str
+):
+    axes = ("surge", "surge", "surge")
+    forms = list(zip(axes, ("v^2|r|", "all thrust times |r|", "u|u| east of 3 m"), shares, strict=True))
+    found = leading_force((), forms, (), rollouts=False)
+    assert found is not None
+    assert found.follows == told
+    elsewhere = [("yaw", follows, share) for _, follows, share in forms[1:]]
+    assert leading_force((), [forms[0], *elsewhere], (), rollouts=False) == NamelessForce(
+        axis="surge", follows="v^2|r|"
+    )
+    kept = leading_force([("surge", "u^3")], forms[:2], (), rollouts=False)
+    assert kept == NamelessForce(axis="surge", follows="all thrust times |r|"), "whatever is left beside a term"
+    kink = [("surge", "u beyond 0.8 m/s", 0.3), *forms]
+    assert leading_force((), kink, (), rollouts=False) == NamelessForce(axis="surge", follows="u beyond 0.8 m/s")
 
 
 def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches():
