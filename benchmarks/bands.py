@@ -197,6 +197,8 @@ def main() -> None:
     parser.add_argument("--level", type=float, default=LEVEL, help=f"share that a band is made to hold ({LEVEL:g})")
     parser.add_argument("--network", help="kind of a network in the place of the discovery")
     given = parser.parse_args()
+    if given.level < series.LEAST_LEVEL:
+        parser.error(f"--level {given.level:g}: no band is made for less than {series.LEAST_LEVEL:g}")
     until = time.monotonic() + 60.0 * given.minutes
     series.LEVEL = given.level
     found: dict[str, list[list[Held]]] = {"own": [], "foreign": []}

@@ -81,7 +81,10 @@ def craft(number: int) -> Inputs | None:
 def prior(count: int, place: Path) -> Weights:
     """Weights that some epochs on a new boat take far; those of `place`, where they are there."""
     if place.is_file():
-        return torch.load(place, weights_only=True)
+        kept = torch.load(place, weights_only=True)
+        if kept["craft"] != count:
+            sys.exit(f"{place} is of {kept['craft']} craft, not of {count}: give --craft {kept['craft']}, or remove it")
+        return kept["weights"]
     weights: Weights = {}
     for number in range(count):
         inputs = craft(number)
@@ -99,7 +102,7 @@ def prior(count: int, place: Path) -> Weights:
         if number % 50 == 49:
             print(f"{number + 1} craft", file=sys.stderr, flush=True)
     place.parent.mkdir(parents=True, exist_ok=True)
-    torch.save(weights, place)
+    torch.save({"craft": count, "weights": weights}, place)
     return weights
 
 
@@ -144,6 +147,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             continue
         cells = " | ".join(f"{error:.3g}" for error in found[-1])
         print(f"| {seed}, {KINDS[seed % len(KINDS)]} | {cells} |", flush=True)
+    if not found:
+        return 1
+    print(f"The prior is of {given.craft} craft.\n")
     ratios = np.array(found)[:, 1:] / np.array(found)[:, :1]
     print(
         f"| median of {len(found)}, in the nominal error | 1 | {' | '.join(f'{r:.2f}' for r in np.median(ratios, 0))} |"

@@ -14,6 +14,7 @@ from .init_verb import offered
 from .options import FORCE, JSON, LOGS, MINUTES, READING, REQUIRED, SEED, check_folder, logs_in_steps, option
 
 if TYPE_CHECKING:
+    from ..residuals.training.training_settings import TrainingSettings
     from ..workflows.run_folder.write import Run
 
 _FORKED = ("numpy.fft", "numpy.ma", "scipy.special", "mcap.writer")
@@ -47,14 +48,17 @@ def discover(
         reading = replace(reading, channel_map=channels)
     check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
     read = partial(logs_in_steps, logs, vehicle, reading, judge)
+    recipe = None
     if residual is not None:
+        from ..residuals.training.training_settings import TrainingSettings
         from ..workflows.whole_answer import check_kind
 
         check_kind(residual)
+        recipe = TrainingSettings(seed=seed, minutes=minutes or 0.0)
     elif minutes is not None:
         raise RequestError("--minutes is the time for a network: give --residual best, or a kind, too")
     how = Telling(not no_report, force, "json" if as_json else "whole")
-    tell_discovery(out, check, read, how, seed=seed, refit=refit, network=(residual, minutes))
+    tell_discovery(out, check, read, how, seed=seed, refit=refit, network=(residual, recipe))
 
 
 class Telling(NamedTuple):
@@ -80,7 +84,7 @@ def tell_discovery(
     *,
     seed: int,
     refit: bool | None = None,
-    network: tuple[str | None, float | None] = (None, None),
+    network: "tuple[str | None, TrainingSettings | None]" = (None, None),
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four.
 
@@ -89,12 +93,12 @@ def tell_discovery(
     check : refuses a run folder that cannot be written
     read : gives what is searched, and then what is wrong with it
     how : it is written and told
-    network : kind of one for what has no name, or best, None for none; and in how many minutes others are tried
+    network : kind of one for what has no name, or best, None for none; and its recipe
     """
     import time
 
     report, force, told = how
-    residual, minutes = network
+    residual, recipe = network
     begun = time.perf_counter()
     from ..measurements.statistics.processors import preload_modules, run_steps_in_fork
 
@@ -116,10 +120,8 @@ def tell_discovery(
     run = find(inputs, settings, progress=progress, basis=basis)
     trained = None
     if residual is not None:
-        from ..residuals.training.training_settings import TrainingSettings
         from ..workflows.whole_answer import with_network
 
-        recipe = TrainingSettings(seed=seed, minutes=minutes or 0.0)
         run, trained = with_network(run, residual, settings=recipe, progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     if trained is not None:

@@ -63,7 +63,7 @@ JSON = option("--json", "Print JSON for machines instead of tables.", False)
 FORCE = option("--force", "Write over what this verb did not write; never over what it reads.", False)
 MINUTES = option(
     "--minutes",
-    "Try other sizes and settings of the network, and of best other networks, too: about so long in all.",
+    "Try other sizes and settings of the network, and of best other networks, too, for about so long.",
     metavar="N",
 )
 SEED = option("--seed", "Seed of everything random; equal seeds give equal files.", 0, min=0)

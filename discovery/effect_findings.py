@@ -341,9 +341,12 @@ class Folds(Record):
         some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
             return f"{text} it found {listing(some) or 'no name that stands'}."
-        every = [f"{words(key)} {'each time' if n == self.count else _times(n)}" for key, n in self.named.items()]
+        every = [f"{words(key)} {'each time' if n == self.count else _times(n)}" for key, n in self.named.items() if n]
         just = f", and just the names that stand here {_times(self.same_names)}" if self.same_names else ""
-        return f"{text} it found {listing(every)}{just}. A name that hangs on one part of the log is less sure."
+        never = [words(key) for key, n in self.named.items() if not n]
+        lost = f", but never {listing(never)}" if never and every else ""
+        told = listing(every) or "none of these names"
+        return f"{text} it found {told}{just}{lost}. A name that hangs on one part of the log is less sure."
 
 
 def _times(count: int) -> str:

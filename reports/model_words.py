@@ -117,11 +117,16 @@ def trust_in_words(trust: "Trust") -> str:
     )
 
 
+_TOLD = 5
+"""Kinds that are told, the best first."""
+
+
 def kinds_in_words(kinds: "Sequence[Candidate]", left_behind: Sequence[str] = ()) -> str:
     """Which kind was chosen, by what the probes of each left of the vehicle's error, and which did worse half way."""
     told = listing(
-        [f"{one.name} {percent(one.ratio)} (standard error {percent(one.ratio * one.error)})" for one in kinds]
+        [f"{one.name} {percent(one.ratio)} (standard error {percent(one.ratio * one.error)})" for one in kinds[:_TOLD]]
     )
+    told += f"; {counted(len(kinds) - _TOLD, 'other')} left more" * (len(kinds) > _TOLD)
     return (
         "In predictions of 2 and 10 s over parts of the log that they did not know, this is what kinds of network "
         f"leave of the vehicle's error: {told}."
@@ -136,9 +141,14 @@ def left_elsewhere(network: str, ratio: float, error: float) -> list[str]:
         return []
     return [
         f"In predictions of 2 and 10 s over parts of the log that they did not know, networks of the kind {network} "
-        f"leave {percent(ratio)} of the vehicle's error (standard error {percent(ratio * error)})"
-        + (": the vehicle alone errs less there, and --residual best tries other kinds." if ratio > 1.0 else ".")
+        f"leave {percent(ratio)} of the vehicle's error (standard error {percent(ratio * error)}).",
+        *alone_errs_less(ratio),
     ]
+
+
+def alone_errs_less(ratio: float) -> list[str]:
+    """Whether a network is worth nothing on parts of the log that it does not know, by what it leaves of the error."""
+    return ["The vehicle alone errs less there: prefer it, or more logs."] if ratio > 1.0 else []
 
 
 def none_holds_elsewhere(kinds: "Sequence[Candidate]", left: "LearnableResidual") -> str:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from ..physics.reading import Plain
 from ..physics.stage import Say, Stage
 from ..physics.vehicle import Vehicle
 from ..reports.model_words import (
+    alone_errs_less,
     broken_laws,
     kinds_in_words,
     left_elsewhere,
@@ -76,6 +78,8 @@ class TrainRun:
     distilled : what of the correction is a named effect; None where that was not asked for
     kinds : that were tried, the best first, where the best was asked for
     left_behind : names of those that were left half way: they erred more on the same parts, or would take too long
+    elsewhere : error that networks of this kind leave of the vehicle's over parts of the logs that they did not know,
+        and the standard error of its logarithm, see `rollout_ratio_of`; (1, inf) where nothing was tried
     """
 
     inputs: Inputs
@@ -85,6 +89,7 @@ class TrainRun:
     distilled: "Distilled | None" = None
     kinds: "tuple[Candidate, ...]" = ()
     left_behind: tuple[str, ...] = ()
+    elsewhere: tuple[float, float] = (1.0, inf)
 
     def __repr__(self) -> str:
         return f"TrainRun({' '.join(self.sentences)})"
@@ -110,9 +115,9 @@ class TrainRun:
             ),
             *([] if self.left is None else [f"Without it, {say_learnable(self.left)}."]),
             *(
-                [kinds_in_words(self.kinds, self.left_behind)]
+                [kinds_in_words(self.kinds, self.left_behind), *alone_errs_less(self.elsewhere[0])]
                 if self.kinds
-                else left_elsewhere(model.network.name, *found.elsewhere)
+                else left_elsewhere(model.network.name, *self.elsewhere)
             ),
         ]
         if found.best_epoch == 0:
@@ -154,6 +159,7 @@ class TrainRun:
             "left": None if self.left is None else self.left.to_dict(),
             "kinds": {kind.name: kind.ratio for kind in self.kinds},
             "left_behind": list(self.left_behind),
+            "elsewhere": self.elsewhere[0] if isfinite(self.elsewhere[1]) else None,
             "models": [model.to_dict() for model in self.models],
             "training": found.to_dict(),
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
@@ -232,11 +238,12 @@ def train(
         raise RequestError(_BEST_CHOOSES)
     recipe, alone = settings or TrainingSettings(), inputs.vehicle
     if recipe.minutes:
-        _check_search(chosen, resume=resume)
+        _check_search(chosen)
     from ..residuals.networks.registry import NETWORKS
     from ..residuals.training.best_kind import best_of
-    from ..residuals.training.checkpoint import Verdict
+    from ..residuals.training.checkpoint import Verdict, interrupted
     from ..residuals.training.epochs import train as train_network
+    from ..residuals.training.probes import rollout_ratio_of
 
     audits: list[Audit] = []
     along = at_beginning(alone)  # a network knows no time
@@ -253,9 +260,14 @@ def train(
 
     left = None if chosen.pure else _left(inputs, along, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
-    asked: list[str] = []
-    if left is not None and (chosen.network == BEST or recipe.minutes):
-        kinds = _tried(inputs, alone, chosen, recipe, _trying(progress, asked))
+    behind: list[str] = []
+    best: Candidate | None = None
+    searched = chosen.network == BEST or recipe.minutes > 0.0
+    before = interrupted(Path(out), recipe) if searched and resume and out is not None else None
+    if before is not None:
+        chosen, recipe = before
+    elif left is not None and searched:
+        kinds = _tried(inputs, alone, chosen, recipe, _trying(progress), behind)
         best = best_of(kinds, learnable=left.worth_it)
         if best is None and recipe.decline and chosen.network == BEST:
             raise NothingToLearnError(none_holds_elsewhere(kinds, left))
@@ -280,8 +292,9 @@ def train(
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
     errors = evaluate(found.model, inputs.parts.judged)
     network = Judged(found.model, errors, kept, coverage(found.model, errors, inputs.parts.judged))
-    behind = tuple(name for name in asked if name not in {kind.name for kind in kinds})
-    done = TrainRun(inputs, found, left, (row(nominal), row(network)), kinds=kinds, left_behind=behind)
+    elsewhere = (best.ratio, best.error) if best is not None else rollout_ratio_of(found.probed, alone)
+    told_of = {"kinds": kinds, "left_behind": tuple(behind), "elsewhere": elsewhere}
+    done = TrainRun(inputs, found, left, (row(nominal), row(network)), **told_of)
     if target is not None:
         write_network(done, target, force=force)
     return done
@@ -304,25 +317,30 @@ def write_network(run: TrainRun, target: Path, *, force: bool = False) -> None:
     save_network(run.model, target, training, force=force)
 
 
-def _check_search(choice: Choice, *, resume: bool) -> None:
+def _check_search(choice: Choice) -> None:
     """Refuse to search beside a network that is not judged on parts of the logs.
 
     Raises
     ------
     RequestError
-        for a pure network, a start, or an interrupted training.
+        for a pure network, or a start.
     """
-    if choice.pure or choice.start is not None or resume:
-        what = "--pure" if choice.pure else "--resume" if resume else "--start"
+    if choice.pure or choice.start is not None:
+        what = "--pure" if choice.pure else "--start"
         raise RequestError(
             f"train: --minutes searches among hybrids with fresh weights, so it cannot be with {what}; leave one out"
         )
 
 
 def _tried(
-    inputs: Inputs, vehicle: Vehicle, choice: Choice, recipe: TrainingSettings, told: Callable[[str], None]
+    inputs: Inputs,
+    vehicle: Vehicle,
+    choice: Choice,
+    recipe: TrainingSettings,
+    told: Callable[[str], None] | None,
+    behind: list[str],
 ) -> "tuple[Candidate, ...]":
-    """The kinds of network that were tried beside a vehicle, the best first.
+    """The kinds of network that were tried beside a vehicle, the best first; `behind` gets those left half way.
 
     Raises
     ------
@@ -333,21 +351,14 @@ def _tried(
 
     kinds, along = KINDS if choice.network == BEST else (choice,), at_beginning(vehicle)
     try:
-        return tuple(candidates(inputs.parts.split, along, recipe, kinds, told, vehicle))
+        return tuple(candidates(inputs.parts.split, along, recipe, kinds, told, vehicle, behind))
     except RequestError:  # such as of a log that is too short to be parted
         _left(inputs, along, decline=recipe.decline)
         raise
 
 
-def _trying(progress: Say | None, asked: list[str]) -> Callable[[str], None]:
-    """What is told the name of each kind before it is tried, and keeps it."""
-
-    def told(kind: str) -> None:
-        asked.append(kind)
-        if progress is not None:
-            progress(Stage(f"trying a network of the kind {kind}"))
-
-    return told
+def _trying(progress: Say | None) -> Callable[[str], None] | None:
+    return None if progress is None else lambda kind: progress(Stage(f"trying a network of the kind {kind}"))
 
 
 @showing

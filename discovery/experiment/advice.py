@@ -52,7 +52,8 @@ def advise(
     rehearsal = rehearsal or (rehearse(search, state.vehicle, state.active) if questions else None)
     if rehearsal is None or not questions:
         return ()
-    partings = [_where_visible(p) for p in separate_effects(search, state, questions, plausible, rehearsal)]
+    every = separate_effects(search, state, questions, plausible, rehearsal)
+    partings = [p if len(p.effects) > 1 else _where_visible(p) for p in every]
     promising = [p for p in partings if p.gain.max() >= CERTAINLY / _MOST_RUNS]
     plan: dict[int, list[Separation]] = {}
     for left in ([p for p in promising if p.selected], [p for p in promising if not p.selected]):
@@ -67,7 +68,7 @@ def advise(
         runs = max(ceil(CERTAINLY / p.gain[trial]) for p in settled)
         often = f", {runs} times" if runs > 1 else ""
         items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
-    hopeless = [p for p in partings if p.selected and p.gain.max() < CERTAINLY / _MOST_RUNS]
+    hopeless = [p for p in every if p.selected and p.gain.max() < CERTAINLY / _MOST_RUNS]
     if hopeless:
         items.append(advise_otherwise(hopeless, len(rehearsal.trials)))
     return tuple(items[:MOST_ITEMS])
@@ -109,7 +110,11 @@ def open_questions(
 
 
 def _where_visible(parting: Separation) -> Separation:
-    """The same without axes of trials on which the force would hardly be seen: there the log alone would tell."""
+    """The same without axes of trials on which so little of an effect would act that nobody would call it shown.
+
+    What log and trial tell together the log then tells without it. It is another thing for look-alikes: a trial in
+    which one of them acts alone tells of the other, which is left in the log.
+    """
     return replace(parting, information=np.where(parting.share >= _VISIBLE, parting.information, 0.0))
 
 

@@ -196,8 +196,8 @@ def also_likely(findings: Findings) -> str:
 def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     """What a model cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
 
-    The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so, but where
-    half of the squared error of the predicted speed is the sensors' noise: noise in, noise out. Of predictions over the
+    The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so; where half of
+    the squared error of the predicted speed is the sensors' noise, that is told beside it. Of predictions over the
     horizon that decides, the baselines that are compared say it. Empty where nothing is worse.
 
     Parameters
@@ -213,8 +213,12 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     horizon = pick_horizon(list(own.rollout), comparison.best.horizon or LEAD)
     told = []
     poor = [(axis, own.acceleration.r2.of(axis)) for axis in AXES]
-    still = (*quiet, *_at_noise(own, horizon, comparison))
-    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL and axis not in still]
+    known = _at_noise(own, horizon, comparison)
+    named = [
+        f"{axis} (R² {number(r2, 2)}{_YET * (axis in known)})"
+        for axis, r2 in poor
+        if isfinite(r2) and r2 < -_LEVEL and axis not in quiet
+    ]
     told += [f"in the acceleration of {listing(named)}"] * bool(named)
     guesses = _guesses(comparison, horizon)
     if horizon in own.rollout and guesses:
@@ -225,6 +229,9 @@ def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
     name = f"The {own.name} model" if own.name in (NOMINAL, CALIBRATED, CORRECTED) else own.name
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
+
+
+_YET = ", yet it predicts that speed as well as the sensors tell it"
 
 
 def _at_noise(model: ComparedModel, horizon: str, comparison: Comparison) -> list[str]:

@@ -13,11 +13,11 @@ from time import perf_counter
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
-from ..networks.registry import LARGEST, NETWORKS, default_options
-from .epochs import probes_of
+from ..networks.registry import LARGEST, NETWORKS, default_options, network_named
+from .epochs import probe_settings, probes_of
 from .preparation import sample
 from .probes import HeldOutPart, Probed, held_out_parts, rollout_ratio_of
-from .training_settings import Choice, TrainingSettings
+from .training_settings import MOVED, Choice, TrainingSettings
 
 KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choice("ridge", {"filters": 4}))
 """The kinds that are tried, a minute and a half together for a log of five; the last one remembers. See
@@ -25,6 +25,8 @@ KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choic
 
 _SURE = 2.0
 """Standard errors by which a kind is surely better than the vehicle alone. See `docs/decisions.md`."""
+_PROBES = 6
+"""Parts of a log, see `probes.held_out_parts`."""
 _STEP, _ROLLED = 3.0, 20
 """Times that a move changes a setting of the recipe, and rows of the rollouts that it adds to the loss."""
 
@@ -84,6 +86,7 @@ def candidates(
     kinds: Sequence[Choice] = KINDS,
     progress: Callable[[str], None] | None = None,
     alone: Vehicle | None = None,
+    behind: list[str] | None = None,
 ) -> list[Candidate]:
     """Some kinds, the one of the least ratio and standard error first; what cannot stand beside a vehicle is left out.
 
@@ -96,6 +99,7 @@ def candidates(
         several kinds are given
     progress : told the name of each kind before it is tried
     alone : the vehicle without a network, where it changes by the minute, of which networks know nothing
+    behind : gets the names of those that were left half way, since they erred more or would take too long
 
     Raises
     ------
@@ -103,7 +107,8 @@ def candidates(
         where none could be tried, such as on a log that is too short.
     """
     every, begun = held_out_parts(split.train, vehicle, settings.window), perf_counter()
-    race = _Race(split, vehicle, settings, every, alone, progress or (lambda name: None))
+    race = _Race(split, vehicle, settings, every, alone)
+    race.told, race.behind = progress or race.told, behind if behind is not None else []
     found = [one for choice in kinds if (one := race.run(choice)) is not None]
     if not found:
         raise RequestError(
@@ -138,12 +143,13 @@ class _Race:
         settings: TrainingSettings,
         parts: Sequence[HeldOutPart],
         alone: Vehicle | None,
-        progress: Callable[[str], None],
     ) -> None:
-        self.split, self.vehicle, self.settings, self.alone, self.progress = split, vehicle, settings, alone, progress
+        self.split, self.vehicle, self.settings, self.alone = split, vehicle, settings, alone
+        self.told: Callable[[str], None] = lambda name: None
+        self.behind: list[str] = []
         blocks, regions = ([part for part in parts if part.block is block] for block in (True, False))
         self.order, self.parts = parts, [part for pair in zip(blocks, regions, strict=True) for part in pair]
-        self.seen: set[str] = set()
+        self.seen: set[tuple[object, ...]] = set()
 
     def run(
         self,
@@ -155,17 +161,20 @@ class _Race:
         """Try a kind; None where it cannot be, or errs more than the best so far, or would not be trained in time."""
         changed, begun = recipe or {}, perf_counter()
         name = name_of(choice, changed)
-        self.seen.add(name)
-        self.progress(name)
+        self.seen.add(self._key(choice, changed))
+        self.told(name)
         settings = replace(self.settings, **changed)  # type: ignore[arg-type]  # by name
-        probes = Probed()
+        probes, training = Probed(), len(self.parts) * _training(choice, settings)
         for count, part in enumerate(self.parts, 1):
             more = probes_of(self.split, self.vehicle, choice, settings, [part])
-            probes = Probed((*probes.parts, *more.parts))
-            now = perf_counter()
-            if now + (2 * len(self.parts) - count) * (now - begun) / count > until:  # the training takes as long again
+            probes, now = Probed((*probes.parts, *more.parts)), perf_counter()
+            if best is None:
+                continue
+            if not more.parts:
                 return None
-            if best is not None and count % 2 == 0 and self._errs_more(probes, best, self.parts[:count]):
+            late = now + (len(self.parts) - count + training) * (now - begun) / count > until
+            if late or (count % 2 == 0 and self._errs_more(probes, best, self.parts[:count])):
+                self.behind.append(name)
                 return None
         if not any(probe.part.block for probe in probes.parts):
             return None
@@ -173,23 +182,34 @@ class _Race:
         return Candidate(choice, *rollout_ratio_of(probes, self.alone), probes, changed, perf_counter() - begun)
 
     def _errs_more(self, probes: Probed, best: Candidate, parts: Sequence[HeldOutPart]) -> bool:
-        if not probes.parts:
-            return True
         return rollout_ratio_of(probes, self.alone)[0] > rollout_ratio_of(best.probes.of(parts), self.alone)[0]
 
     def further(self, found: Sequence[Candidate], others: Sequence[Choice], until: float) -> Iterator[Candidate]:
         """What is better than the best so far: other networks, then other sizes and recipes of the best one."""
-        best, queue = min(found, key=lambda one: one.rank), [(choice, {}) for choice in others]
-        while queue or (queue := [move for move in _moves(best, self.settings) if name_of(*move) not in self.seen]):
-            if perf_counter() + best.seconds > until:
+        best, kinds = min(found, key=lambda one: one.rank), [(choice, {}) for choice in others]
+        while True:
+            asked = [one for one in (*kinds, *_moves(best, self.settings)) if self._key(*one) not in self.seen]
+            spent = _training(best.choice, replace(self.settings, **best.recipe)) * best.seconds
+            if not asked or perf_counter() + spent > until:
                 return
-            choice, recipe = queue.pop(0)
-            if name_of(choice, recipe) in self.seen:
-                continue
-            one = self.run(choice, recipe, best, until)
-            if one is not None and one.rank < best.rank:
-                best = one
+            one = self.run(*asked[0], best, until)
+            if one is not None:
+                best = min(best, one, key=lambda each: each.rank)
                 yield one
+
+    def _key(self, choice: Choice, recipe: Mapping[str, float]) -> tuple[object, ...]:
+        """What a kind is, however it is called."""
+        options = default_options(choice.network) | dict(choice.options or {})
+        settings = [f"{float(recipe.get(name, getattr(self.settings, name))):.6g}" for name in MOVED]
+        return choice.network, choice.heading, *sorted(options.items()), *settings
+
+
+def _training(choice: Choice, settings: TrainingSettings) -> float:
+    """How long a training takes, in the time of all probes, of which each knows two thirds of it."""
+    if network_named(choice.network).grown is not None:
+        return 1.0
+    probe = probe_settings(settings, choice.network).epochs
+    return max(1.0, 1.5 * settings.epochs / (_PROBES * probe))
 
 
 def _by_weights() -> list[str]:
@@ -201,12 +221,13 @@ def _moves(best: Candidate, settings: TrainingSettings) -> list[tuple[Choice, di
     """What differs from the best kind in its size or in one setting."""
     choice, recipe, network = best.choice, dict(best.recipe), best.choice.network
     options = default_options(network) | dict(choice.options or {})
-    moves = []
-    for name, factors in (("units", (2.0, 0.5)), ("filters", (1.5, 0.5))):
-        for factor in factors:
-            size = round(factor * options.get(name, 0))
-            if 1 <= size <= LARGEST[name]:
-                moves.append((replace(choice, options={**(choice.options or {}), name: size}), recipe))
+    sizes = [("units", round(factor * options.get("units", 0))) for factor in (2.0, 0.5)]
+    sizes += [("filters", options["filters"] + step) for step in (2, -2) if "filters" in options]
+    moves = [
+        (replace(choice, options={**(choice.options or {}), name: size}), recipe)
+        for name, size in sizes
+        if name in options and (1 if name == "units" else 0) <= size <= LARGEST[name]
+    ]
     if NETWORKS[network].grown is None:
         moves += [
             (choice, recipe | {name: factor * float(recipe[name] if name in recipe else getattr(settings, name))})

@@ -6,7 +6,7 @@ for a few epochs more, and the audit searches anew (Chang, Roohi and Gao 2019, "
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import final
 
@@ -26,6 +26,7 @@ from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
 from ..scores import rollout_errors
 from .history import Epoch, best_epochs
+from .training_settings import MOVED, Choice, TrainingSettings
 
 SCHEMA = "undertow.checkpoint/3"
 
@@ -79,7 +80,7 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
 
-FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline")
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline", "minutes")
 """Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
 
 
@@ -114,6 +115,28 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | 
         raise RequestError(
             f"{path} is no checkpoint that training can go on from ({error}); remove it to train anew"
         ) from error
+
+
+def interrupted(folder: Path, settings: TrainingSettings) -> tuple[Choice, TrainingSettings] | None:
+    """What an interrupted training in `folder` had chosen to train, so that nothing is searched for again.
+
+    Parameters
+    ----------
+    settings : those that are given now: they stay, but for what a search may have moved
+
+    Returns
+    -------
+    (choice, settings)
+        None where there is no checkpoint, or one that `read_checkpoint` refuses
+    """
+    try:
+        with safe_open(folder / CHECKPOINT, framework="pt") as stream:
+            recipe = parse_json(stream.metadata()["undertow"])["recipe"]
+        moved = {name: recipe["settings"][name] for name in MOVED}
+        choice = Choice(recipe["network"], recipe["options"], recipe["pure"], recipe["heading"])
+        return choice, replace(settings, **moved)
+    except (OSError, SafetensorError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str, object]) -> None:

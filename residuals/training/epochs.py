@@ -24,15 +24,7 @@ from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_ch
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .preparation import Prepared, prepare_training, tabulate
-from .probes import (
-    HeldOutPart,
-    Probed,
-    extend_trust,
-    held_out_parts,
-    rollout_ratio_of,
-    train_probes,
-    trust_of,
-)
+from .probes import HeldOutPart, Probed, extend_trust, held_out_parts, train_probes, trust_of
 from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
 from .training_settings import Choice, TrainingSettings
@@ -123,7 +115,7 @@ def train(
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
     told = (model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, learnt.seconds, start)
-    return Trained(*told, elsewhere=rollout_ratio_of(probed))
+    return Trained(*told, probed=probed)
 
 
 def _calibrate_errors(model: NetworkModel, split: Split, probed: Probed) -> None:

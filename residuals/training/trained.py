@@ -1,8 +1,7 @@
 """A trained network: its epochs, the one kept, the cost of the laws, and the interval of its errors."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
-from math import inf, isfinite
+from dataclasses import asdict, dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..models.interval import LEVEL, Interval, calibrated, least_known, sizes, w
 from ..models.network_model import NetworkModel
 from ..scores import acceleration_errors
 from .history import Epoch
+from .probes import Probed
 from .training_settings import TrainingSettings
 
 
@@ -33,8 +33,7 @@ class Trained:
     settings : of the recipe
     seconds : of motion that the kept weights know [s]
     start : name of the network that it went on from
-    elsewhere : error that networks like it leave of the vehicle's in rollouts over parts of the log that they did not
-        know, and the standard error of its logarithm, see `probes.rollout_ratio_of`; (1, inf) where nothing was tried
+    probed : networks like it that know parts of the log alone
     """
 
     model: NetworkModel
@@ -46,7 +45,7 @@ class Trained:
     settings: TrainingSettings
     seconds: float
     start: str | None = None
-    elsewhere: tuple[float, float] = (1.0, inf)
+    probed: Probed = field(default_factory=Probed)
 
     @property
     def violating(self) -> float:
@@ -74,7 +73,6 @@ class Trained:
             "lawful": self.lawful,
             "violating": self.violating,
             "stopped": self.stopped,
-            "elsewhere": self.elsewhere[0] if isfinite(self.elsewhere[1]) else None,
             "epochs": [asdict(epoch) for epoch in self.epochs],
         }
 

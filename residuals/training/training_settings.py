@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from ..models.network_model import NetworkModel
     from .probes import Probed
 
+MOVED = ("learning_rate", "weight_decay", "rollout_rows")
+"""Settings that a search within `minutes` may move, see `best_kind`."""
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
 
@@ -88,7 +90,7 @@ class TrainingSettings:
         memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
         the noise of the measured acceleration better than the true model could, and rolls out worse
     minutes : in which other sizes and settings are tried, too, and other networks where the best is asked for, see
-        `best_kind`: about so long all of it takes; 0 for none
+        `best_kind`: about so long this and the training take; 0 for none
     trust : multiply the correction of a hybrid by the gain that parts of the log tell which it does not know, see
         `networks.trust`; else it is said whole everywhere
     decline : do not train a kind that was named beside a vehicle whose error is no more than the noise of the sensors,

@@ -1,5 +1,6 @@
 """The verb `train` as a user meets it, and what it writes."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
@@ -182,6 +183,13 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
     refused = call(*words)
     assert refused.exit_code == 2
     assert "go on with it (--resume)" in refused.stderr
+    shutil.copytree(tmp_path / "M", tmp_path / "searched")
+    best = ("--residual", "best", "--minutes", "9", "--epochs", "20", "--resume", "--out", tmp_path / "searched")
+    said = done("train", place / "log.csv", "-v", "blueboat", *best)
+    assert "trying a network" not in said, "what was chosen before stays"
+    assert (tmp_path / "searched" / "weights.safetensors").read_bytes() == (
+        place / "M" / "weights.safetensors"
+    ).read_bytes()
     done(*words, "--resume")
     for name in ("model.yaml", "weights.safetensors"):
         assert (tmp_path / "M" / name).read_bytes() == (place / "M" / name).read_bytes()

@@ -137,6 +137,10 @@ def test_folds_tell_how_many_of_them_find_an_effect():
     found = f"{begun}it found surge trim each time and cg offset once"
     assert told.in_words(True) == f"{found}, and just the names that stand here once.{means}"
     assert told.but(same_names=0).in_words(True) == f"{found}.{means}"
+    lost = told.but(same_names=0, named={"surge_trim": 4, "cg_offset": 0})
+    assert lost.in_words(True) == f"{begun}it found surge trim each time, but never cg offset.{means}"
+    never = told.but(same_names=0, named={"cg_offset": 0})
+    assert never.in_words(True) == f"{begun}it found none of these names.{means}"
     same = "Repeated 4 times without a part of the log, the search found the same names."
     assert told.but(same_names=4).in_words(True) == same
     assert told.in_words(False) == f"{begun}it found surge trim 4 times and cg offset once."

@@ -234,6 +234,12 @@ def test_no_more_than_six_manoeuvres_and_no_percentage_that_is_not_a_number():
     assert "nan" not in str(found.advice)
 
 
+def test_a_trial_in_which_hardly_any_of_an_effect_acts_settles_nothing():
+    share = np.array([[0.5, 0.0, 0.0], [0.002, 0.02, 0.0]])
+    one = Separation(("a",), True, np.full((2, 3), 20.0), share, np.zeros(3), np.ones(2))
+    assert advice._where_visible(one).information.tolist() == [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]
+
+
 def test_a_question_that_no_manoeuvre_settles_is_said_to_be_one():
     parting = Separation(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3), np.zeros(14))
     assert advice.advise_otherwise([parting], 14) == Advice(
