@@ -136,8 +136,9 @@ def limits(results: Results) -> str:
     near = sum(position(r, WHOLE) <= _NEAR * x for x, (_, r) in zip(first, results.values(), strict=True))
     beaten = sum(position(r, BEST) < position(r, rival) for _, r in results.values())
     harmed = [_most_harmed(results, [n for n in made if (n in (WHOLE, BEST)) is chosen]) for chosen in (True, False)]
-    times = {n: float(np.median([r["seconds"] for r in every if r["name"] == n and "seconds" in r])) for n in made}
-    slow = max((n for n in made if CONTENDERS[n].kind == "undertow" and n != WHOLE), key=times.__getitem__)
+    seconds = {n: [r["seconds"] for r in every if r["name"] == n and "seconds" in r] for n in made}
+    times = {n: float(np.median(some)) for n, some in seconds.items() if some}
+    slow = max((n for n in times if CONTENDERS[n].kind == "undertow" and n != WHOLE), key=times.__getitem__)
     cases = len(results)
     rows = [
         (f"{WHOLE}, over 10 s", "−90 %", _tenths(ratios[WHOLE]), ratios[WHOLE] <= 0.10),

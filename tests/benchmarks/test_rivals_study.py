@@ -159,6 +159,27 @@ def test_the_page_says_who_errs_least_and_what_failed(rivals: SimpleNamespace):
     assert {row["kind"] for row in rows} == {"vehicle", "undertow", "rival"}
 
 
+def test_what_networks_must_hold_is_counted_from_the_records(rivals: SimpleNamespace):
+    case, losses = rivals.cases.Case("Made up", lambda seed: None, False), "LSTM with energy and damping losses"
+    sizes = {"Fossen as it is": 4.0, "Fossen calibrated": 1.0, "symbolic": 0.12, losses: 0.6}
+    sizes |= {"the whole answer": 0.104, "undertow best": 0.4, "undertow mlp": 1.2}
+
+    def told(**others: object) -> str:
+        every = [record(name, 0, size) for name, size in (sizes | others).items() if isinstance(size, float)]
+        return rivals.page.limits({"made up": (case, every)})
+
+    text = told()
+    assert "| the whole answer, over 10 s | −90 % | −89.6 % | **no** |" in text
+    assert "−90 % | −90.1 % | yes |" in told(**{"the whole answer": 0.099})
+    assert "| undertow best, over 10 s | −55 % | −60.0 % | yes |" in text
+    assert f"| better than {losses}, the least of the literature | 6 of 8 | 1 of 1 | yes |" in text
+    assert "3 % | -0.4 % (the whole answer, made up) | yes |" in text
+    assert "3 % | 5.0 % (undertow mlp, made up) | **no** |" in text
+    failed = {"name": "undertow mlp", "seed": 0, "failed": "no reason"}
+    every = [record(name, 0, size) for name, size in sizes.items() if name != "undertow mlp"]
+    assert "inf % (undertow mlp, made up) | **no** |" in rivals.page.limits({"made up": (case, [*every, failed])})
+
+
 def test_what_no_seed_changes_is_made_once(rivals: SimpleNamespace):
     case = rivals.cases.Case("Recorded runs", lambda seed: None, False)
     first, second = (rivals.judged.wanted(case, seed, 0) for seed in (0, 1))
