@@ -53,8 +53,8 @@ def discover(
         from ..residuals.training.training_settings import TrainingSettings
         from ..workflows.whole_answer import check_kind
 
-        check_kind(residual)
         recipe = TrainingSettings(seed=seed, minutes=minutes or 0.0)
+        check_kind(residual)
     elif minutes is not None:
         raise RequestError("--minutes is the time for a network: give --residual best, or a kind, too")
     how = Telling(not no_report, force, "json" if as_json else "whole")

@@ -253,6 +253,10 @@ class PersistentResidual(Record):
         return f"{force} {share}, last for seconds and are explained by no effect that was looked for"
 
 
+_SIDE = re.compile(r"(.*?) ?((?:north|east)\w* of -?[\d.]+ m)")
+"""What a force follows that is another one on one side of a line on the water, and the side."""
+
+
 class NamelessForce(Record):
     """A force on an axis, and what it follows.
 
@@ -277,7 +281,13 @@ class NamelessForce(Record):
             return "is constant"
         if self.follows.startswith(_WHERE):
             return f"is there {self.follows.removeprefix('being ')}"
-        return f"follows {self.follows}"
+        found = _SIDE.fullmatch(self.follows)
+        # What the model has of it elsewhere may be as wrong: how the sides differ is known, not which one is right.
+        return (
+            f"follows {found[1]} on one side of a line, {found[2]}, otherwise than on the other"
+            if found
+            else f"follows {self.follows}"
+        )
 
     @property
     def in_words(self) -> str:
@@ -293,7 +303,7 @@ class NamelessForce(Record):
     @property
     def local(self) -> bool:
         """True of a force that acts on one side of a line on the water."""
-        return bool(re.search(r"\b(north|east)\w* of -?[\d.]+ m$", self.follows))
+        return bool(_SIDE.fullmatch(self.follows))
 
     @property
     def of_state(self) -> bool:

@@ -151,12 +151,15 @@ def alone_errs_less(ratio: float) -> list[str]:
     return ["The vehicle alone errs less there: prefer it, or more logs."] if ratio > 1.0 else []
 
 
-def none_holds_elsewhere(kinds: "Sequence[Candidate]", left: "LearnableResidual") -> str:
+def none_holds_elsewhere(
+    kinds: "Sequence[Candidate]", left: "LearnableResidual", left_behind: Sequence[str] = ()
+) -> str:
     """Why none of the kinds that were tried is used: the vehicle alone is one of them, too."""
     return (
         "On parts of this log that it was not fitted to, no kind of network errs less than the vehicle alone"
-        f"{' by more than chance' * any(one.ratio < 1.0 for one in kinds)}. {kinds_in_words(kinds)} Without one, "
-        f"{say_learnable(left)}. Use the vehicle as it is; train all the same with --set decline=0"
+        f"{' by more than chance' * any(one.ratio < 1.0 for one in kinds)}. {kinds_in_words(kinds, left_behind)} "
+        f"Without one, {say_learnable(left)}. Use the vehicle as it is; 'undertow train' with --set decline=0 trains "
+        "all the same"
     )
 
 

@@ -184,7 +184,7 @@ def _left(inputs: Inputs, vehicle: Vehicle, *, decline: bool) -> LearnableResidu
     if decline and not left.worth_it:
         raise NothingToLearnError(
             f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
-            "the vehicle as it is; train all the same with --set decline=0"
+            "the vehicle as it is; 'undertow train' with --set decline=0 trains all the same"
         )
     return left
 
@@ -270,7 +270,7 @@ def train(
         kinds = _tried(inputs, alone, chosen, recipe, _trying(progress), behind)
         best = best_of(kinds, learnable=left.worth_it)
         if best is None and recipe.decline and chosen.network == BEST:
-            raise NothingToLearnError(none_holds_elsewhere(kinds, left))
+            raise NothingToLearnError(none_holds_elsewhere(kinds, left, behind))
         best = best or kinds[0]
         chosen, recipe = replace(best.choice, probes=best.probes), replace(recipe, **best.recipe)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None

@@ -208,7 +208,7 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
     caption = "Removed by: adding it lowers the error there on held-out rows too." if known else ""
     if any(one.share_removed > 1.0 for place in places for one in place.removed_by):
         caption += " More than all: others, alone, would add to it."
-    caption = caption if places else "The error is spread evenly: no regime stands out."
+    caption = caption if places else "No regime of speeds, turns or commands stands out in the error."
     columns = [*layout.word_columns("model"), Column("where"), *layout.word_columns("axis")]
     columns += layout.number_columns("share of\nerror", "share of\ntime", "error\nthere")
     columns += layout.word_columns(*["removed by"] * (known and beside))

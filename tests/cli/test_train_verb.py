@@ -381,7 +381,7 @@ def test_where_nothing_is_left_to_learn_it_says_so_and_a_run_folder_is_a_vehicle
     assert "Nothing is left for a network to learn beside a vehicle that errs on no axis by" in said
     assert "in surge the vehicle errs by" in said
     assert "m/s², no more than noise and preparation" in said
-    assert "Use the vehicle as it is; train all the same with --set decline=0" in said
+    assert "Use the vehicle as it is; 'undertow train' with --set decline=0 trains all the same" in said
     assert not out.exists()
     told = strict(done(*words, "--json"))
     assert (told["network"], told["why"].startswith("Nothing is left")) == (None, True)

@@ -104,7 +104,7 @@ def _worst_axis(series: pd.DataFrame) -> int:
 def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
     """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
-        return element("p.facts", f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip())
+        return element("p.facts", f"No regime of speeds, turns or commands stands out in the error. {whose}".rstrip())
     columns: dict[str, Callable[[FailingPlace], str]] = {
         "model": lambda place: place.model,
         "where its error gathers": lambda place: place.where,

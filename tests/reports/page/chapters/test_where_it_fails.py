@@ -123,7 +123,7 @@ def test_a_run_of_an_earlier_version_has_a_section_too(run: RunFolder):
 def test_an_even_error_is_said_to_be_even(run: RunFolder):
     comparison, findings = run.comparison.but(failures=()), run.findings.but(failures=())
     text = where_it_fails(replace(run, comparison=comparison, findings=findings)).body
-    assert "No regime stands out" in text
+    assert "No regime of speeds, turns or commands stands out" in text
 
 
 PLACE = FailingPlace(
