@@ -254,8 +254,8 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
         ),
         (
             "r northwest of -1.2 m",
-            "a moment in yaw that follows r on one side of a line, northwest of -1.2 m, otherwise than on the other; no "
-            "name.",
+            "a moment in yaw that follows r on one side of a line, northwest of -1.2 m, otherwise than on the other; "
+            "no name.",
             "drive there and elsewhere once more, for a wall or a shoal may be the cause: a moment in yaw that follows "
             "r on one side of a line, northwest of -1.2 m, otherwise than on the other.",
         ),
