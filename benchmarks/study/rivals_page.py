@@ -30,7 +30,7 @@ def page(results: Results) -> str:
     every = [record for _, records in results.values() for record in records]
     seeds, made = len({record["seed"] for record in every}), names_in(every)
     few = [n for n in made if CONTENDERS[n].random and len({r["seed"] for r in every if r["name"] == n}) < seeds]
-    fewer = [f"Of fewer seeds: {listing(few)}."] if few else []
+    fewer = [f"Of the first seed alone, against the calibrated vehicle of that one: {listing(few)}."] if few else []
     left = [] if len(made) == len(CONTENDERS) else [f"Of {len(CONTENDERS)} models, these {len(made)} were made here."]
     parts = [
         "# Rivals",
@@ -87,10 +87,22 @@ def names_in(records: Records) -> list[str]:
     return [name for name in CONTENDERS if name in there]
 
 
+def of_all_logs(records: Records) -> list[str]:
+    """Models that were made from every log of a case, so that their mean errors may be compared."""
+    seeds = {name: {r["seed"] for r in records if r["name"] == name} for name in names_in(records)}
+    return [name for name in seeds if seeds[name] >= seeds.get(NOMINAL, set())]
+
+
 def values(records: Records, name: str, measure: str, axes: Sequence[str]) -> np.ndarray:
     """Errors of one model, (seeds, axes); those of failed seeds are left out."""
     found = [[r[measure][a] for a in axes] for r in records if r["name"] == name and "failed" not in r]
     return np.array(found).reshape(-1, len(axes))
+
+
+def beside(records: Records, name: str) -> Records:
+    """The records whose logs a model was made from: where a seed changes them, those of its own seeds."""
+    own, all_of = ({r["seed"] for r in records if r["name"] == one} for one in (name, NOMINAL))
+    return [r for r in records if len(all_of) < 2 or r["seed"] in own]  # what no seed changes is made once
 
 
 def position(records: Records, name: str) -> float:
@@ -132,7 +144,7 @@ def limits(results: Results) -> str:
     literature = [n for n in made if CONTENDERS[n].kind == "literature"]
     ratios = {name: ratio(results, name, *_ROLLED) for name in (*literature, WHOLE, BEST)}
     rival = min((n for n in literature if np.isfinite(ratios[n])), key=ratios.__getitem__, default=BASE)
-    first = [min(x for n in made if np.isfinite(x := position(r, n))) for _, r in results.values()]
+    first = [min(x for n in of_all_logs(r) if np.isfinite(x := position(r, n))) for _, r in results.values()]
     near = sum(position(r, WHOLE) <= _NEAR * x for x, (_, r) in zip(first, results.values(), strict=True))
     beaten = sum(position(r, BEST) < position(r, rival) for _, r in results.values())
     harmed = [_most_harmed(results, [n for n in made if (n in (WHOLE, BEST)) is chosen]) for chosen in (True, False)]
@@ -181,7 +193,7 @@ def harms(results: Results, name: str) -> dict[str, float]:
         base = SYMBOLIC if name == WHOLE else BASE
         over = []
         for measure in MEASURES:
-            each = [values(records, one, *measure) for one in (name, base, NOMINAL)]
+            each = [values(beside(records, name), one, *measure) for one in (name, base, NOMINAL)]
             mine, its, nominal = (one.mean(axis=0) if one.size else np.full(one.shape[1], np.inf) for one in each)
             over.append((mine - its) / np.maximum(nominal, 1e-12) if np.isfinite([*its, *nominal]).all() else mine)
         found[case] = float(np.concatenate(over).max())  # no end of it where it could not be made
@@ -192,7 +204,7 @@ def ratio(results: Results, name: str, measure: str, axes: Sequence[str]) -> flo
     """Error of a model in that of the calibrated vehicle, geometric mean over cases and axes; NaN where one failed."""
     logs = []
     for _, records in results.values():
-        own, base = (values(records, each, measure, axes) for each in (name, BASE))
+        own, base = (values(beside(records, name), each, measure, axes) for each in (name, BASE))
         if not own.size or not base.size:
             return float("nan")
         logs.append(np.log(own.mean(axis=0) / base.mean(axis=0)))
@@ -224,7 +236,7 @@ def sentences(results: Results) -> Iterator[str]:
     """What the figures say, case by case and over all, also where it goes against undertow."""
     ours = [n for n, c in CONTENDERS.items() if c.kind == "undertow"]
     for case, (_, records) in results.items():
-        errors = {name: position(records, name) for name in names_in(records)}
+        errors = {name: position(records, name) for name in of_all_logs(records)}
         errors = {name: x for name, x in errors.items() if np.isfinite(x)}
         own = {name: errors[name] for name in ours if name in errors}
         if not own or BASE not in errors:
