@@ -281,13 +281,9 @@ class NamelessForce(Record):
             return "is constant"
         if self.follows.startswith(_WHERE):
             return f"is there {self.follows.removeprefix('being ')}"
+        # What the model has of it elsewhere may be as wrong: that the sides differ is known, not which one is right.
         found = _SIDE.fullmatch(self.follows)
-        # What the model has of it elsewhere may be as wrong: how the sides differ is known, not which one is right.
-        return (
-            f"follows {found[1]} on one side of a line, {found[2]}, otherwise than on the other"
-            if found
-            else f"follows {self.follows}"
-        )
+        return f"follows {found[1]} otherwise {found[2]} than elsewhere" if found else f"follows {self.follows}"
 
     @property
     def in_words(self) -> str:
