@@ -158,6 +158,9 @@ def tell_discovery(
     if trained is not None:
         prose(" ".join(trained.sentences))
     _tell_files(out, time.perf_counter() - begun, run, report)
+    if trained is not None:
+        place = out / "network"
+        say(f"Network beside it: {place} ('undertow compare' with --model {out} --model {place} puts both on a log)")
     if (out / "series.mcap").is_file():
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
 
