@@ -25,8 +25,6 @@ KINDS = (Choice("symmetric_gp"), Choice("gp"), Choice("gp", heading=True), Choic
 
 _SURE = 2.0
 """Standard errors by which a kind is surely better than the vehicle alone. See `docs/decisions.md`."""
-_PROBES = 6
-"""Parts of a log, see `probes.held_out_parts`."""
 _STEP, _ROLLED = 3.0, 20
 """Times that a move changes a setting of the recipe, and rows of the rollouts that it adds to the loss."""
 
@@ -164,7 +162,7 @@ class _Race:
         self.seen.add(self._key(choice, changed))
         self.told(name)
         settings = replace(self.settings, **changed)  # type: ignore[arg-type]  # by name
-        probes, training = Probed(), len(self.parts) * _training(choice, settings)
+        probes, training = Probed(), len(self.parts) * self._training(choice, settings)
         for count, part in enumerate(self.parts, 1):
             more = probes_of(self.split, self.vehicle, choice, settings, [part])
             probes, now = Probed((*probes.parts, *more.parts)), perf_counter()
@@ -189,7 +187,7 @@ class _Race:
         best, kinds = min(found, key=lambda one: one.rank), [(choice, {}) for choice in others]
         while True:
             asked = [one for one in (*kinds, *_moves(best, self.settings)) if self._key(*one) not in self.seen]
-            spent = _training(best.choice, replace(self.settings, **best.recipe)) * best.seconds
+            spent = self._training(best.choice, replace(self.settings, **best.recipe)) * best.seconds
             if not asked or perf_counter() + spent > until:
                 return
             one = self.run(*asked[0], best, until)
@@ -197,19 +195,18 @@ class _Race:
                 best = min(best, one, key=lambda each: each.rank)
                 yield one
 
+    def _training(self, choice: Choice, settings: TrainingSettings) -> float:
+        """How long a training takes, in the time of all probes, of which each knows two thirds of the log."""
+        if network_named(choice.network).grown is not None:
+            return 1.0
+        probe = probe_settings(settings, choice.network).epochs
+        return max(1.0, 1.5 * settings.epochs / (max(1, len(self.parts)) * probe))
+
     def _key(self, choice: Choice, recipe: Mapping[str, float]) -> tuple[object, ...]:
         """What a kind is, however it is called."""
         options = default_options(choice.network) | dict(choice.options or {})
         settings = [f"{float(recipe.get(name, getattr(self.settings, name))):.6g}" for name in MOVED]
         return choice.network, choice.heading, *sorted(options.items()), *settings
-
-
-def _training(choice: Choice, settings: TrainingSettings) -> float:
-    """How long a training takes, in the time of all probes, of which each knows two thirds of it."""
-    if network_named(choice.network).grown is not None:
-        return 1.0
-    probe = probe_settings(settings, choice.network).epochs
-    return max(1.0, 1.5 * settings.epochs / (_PROBES * probe))
 
 
 def _by_weights() -> list[str]:
