@@ -19,6 +19,7 @@ from ..physics.motion import Array, Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance, WeakSettings
 from .balance.shooting import Shooting, ShootingSettings
+from .balance.starts import forgetting
 from .balance.weak_form import WeakForm
 from .candidates.candidate import (
     SCALES_OF_ALL,
@@ -303,8 +304,14 @@ class Basis:
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = correct_compass(self.forces.motions)
         settings = _beside(self.settings, clear.turned)
+        shooting = forgetting(settings.shooting, clear.motions, self.nominal)
         return replace(
-            self, settings=settings, motions=clear.motions, notes=clear.notes, why=why, deviates=clear.deviates
+            self,
+            settings=replace(settings, shooting=shooting),
+            motions=clear.motions,
+            notes=clear.notes,
+            why=why,
+            deviates=clear.deviates,
         )
 
     def trusting_compass(self) -> "Basis":

@@ -177,6 +177,8 @@ def _integrate(
                 diverged[:width] |= fast
                 state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
                 state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
+                before = history[k][: 3 - first, :width][:, fast]
+                state[first:3, fast] = np.clip(state[first:3, fast], before - SPEED_LIMIT * h, before + SPEED_LIMIT * h)
             history[k + 1, :, :width] = state[first:6]
         done = going[-1].steps
     rolled = [

@@ -11,7 +11,7 @@ from ...measurements.preparation.split import IDLE, active
 from ...measurements.statistics.blocks import spread
 from ...measurements.statistics.signals import running_median, sensor_noise
 from ...physics.errors import RequestError
-from ...physics.forces import memory_states
+from ...physics.forces import held_acceleration, memory_states
 from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import Thruster
@@ -27,6 +27,11 @@ SPACING = HORIZON / 2.0
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, of which two overlap, so that two count: the fewest with degrees of freedom; and blocks that a
 log must hold: of one nothing is held out."""
+SHORTEST = 2.0
+"""Shortest rollout [s]: a start takes as many numbers as its first bins hold."""
+_EVERY, _STEP = 0.5, 1e-4
+"""Time between the rows at which the growth of errors is asked [s], and change of a speed by which it is asked [m/s,
+rad/s]."""
 _SPIKE = 4.0
 """Standard deviations from its neighbours from which a row is false: a normal error is by chance, in one row of
 16,000."""
@@ -68,6 +73,38 @@ class ShootingSettings:
     free_starts: bool = False
     robust: float = 2.0
     turned: float = 0.0
+
+
+def forgetting(settings: ShootingSettings, motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSettings:
+    """The same rollouts, but no longer than it takes an error of their start to grow e-fold.
+
+    A hull whose Munk moment is larger than what its skeg and damping hold turns by itself. Over some such times rollouts
+    tell of the noise of their starts, and the model that damps most seems the best one: output error is for stable
+    models (Ljung 1999, section 4.3; Jategaonkar 2015, section 9.4).
+
+    Parameters
+    ----------
+    settings : with the longest horizon
+    motions : at whose measured states growth is asked; the mean over them counts, and decay is no growth
+    vehicles : the one of them whose errors grow fastest counts
+    """
+    rates = []
+    for vehicle in vehicles:
+        fastest = [np.maximum(_growth(motion, vehicle), 0.0) for motion in motions]
+        rates.append(float(np.concatenate(fastest).mean()))
+    if max(rates, default=0.0) * settings.horizon <= 1.0:
+        return settings
+    horizon = max(SHORTEST, settings.bin * float(np.floor(1.0 / max(rates) / settings.bin)))
+    return replace(settings, horizon=horizon, spacing=min(settings.spacing, 0.5 * horizon))
+
+
+def _growth(motion: Motion, vehicle: Vehicle) -> Array:
+    """Largest real part of an eigenvalue of d(nu_dot)/d(nu) at some rows of a motion (n,) [1/s]."""
+    rows = slice(None, None, max(1, round(_EVERY / motion.time_step)))
+    velocity, rest = motion.velocity[rows], (motion.heading[rows], motion.commands[rows])
+    moved = [held_acceleration(vehicle, velocity + by, *rest) for step in _STEP * np.eye(3) for by in (step, -step)]
+    slope = np.stack([(more - less) / (2.0 * _STEP) for more, less in zip(moved[::2], moved[1::2], strict=True)], -1)
+    return np.asarray(np.linalg.eigvals(slope).real.max(axis=-1))
 
 
 @dataclass(frozen=True, slots=True)

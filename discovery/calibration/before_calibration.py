@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings
+from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings, forgetting
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, DiscoverySettings, choose_balance
 from ..candidates.candidate import (
@@ -144,19 +144,21 @@ ROLLOUTS = ShootingSettings(horizon=WHOLE_HORIZON, step=0.05, free_starts=True)
 """Rollouts of the output-error step (Ljung 1999, chapter 7); no log is thinned, lest thinning biases the masses."""
 
 
-def rollouts_over(motions: Sequence[Motion]) -> ShootingSettings:
+def rollouts_over(motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSettings:
     """The rollouts of the output-error step over some motions.
 
     They are 10 s long: on the mean of kinds of logs of 45 s and more they come nearer the truth than 5 s
-    (`benchmarks/calibration.py --horizons`); 5 s where half of the motions, as folds leave them, would hold too few.
+    (`benchmarks/calibration.py --horizons`); 5 s where half of the motions, as folds leave them, would hold too few,
+    and less where errors of their starts grow, see `forgetting`.
 
     Parameters
     ----------
     motions : gap-free stretches
+    vehicles : of which some may be near the truth
     """
     begun = sum(max(motion.duration - ROLLOUTS.horizon, 0.0) for motion in motions)
     enough = 0.5 * begun >= LEAST_BLOCKS * LEAST_STARTS * ROLLOUTS.spacing
-    return ROLLOUTS if enough else replace(ROLLOUTS, horizon=HORIZON)
+    return forgetting(ROLLOUTS if enough else replace(ROLLOUTS, horizon=HORIZON), motions, *vehicles)
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +213,7 @@ def prepare_calibration(
     visible = [s for c in nuisance_candidates(nominal, symbols) for s in c.symbols]
     known = identified(weak, nominal, visible, settings.search)
     if basis.uses_rollouts and visible:
-        shooting = rollouts_over(basis.motions)
+        shooting = rollouts_over(basis.motions, nominal)
         about = polish(basis.motions, nominal, visible, shooting).vehicle
         known = identified(basis.balance(about, shooting), about, visible, settings.search)
     if not known.symbols:

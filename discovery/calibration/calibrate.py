@@ -92,7 +92,7 @@ class Steps:
         folds : parts of the motions without each of which the fit is repeated
         """
         symbols = [p.symbol for c in self.pool for p in c.parameters if not p.stepped]
-        shooting = self.shooting or rollouts_over(motions)
+        shooting = self.shooting or rollouts_over(motions, self.nominal, start)
         polished = polish(motions, start, symbols, shooting)
         form = Shooting(motions, polished.vehicle, shooting)
         linear = Linearisation(form, polished.vehicle, self.nominal, self.pool, [c.key for c in self.pool])
@@ -238,8 +238,9 @@ def calibrate(
     pool = nuisance_candidates(nominal, known.symbols)
     long = sum(m.duration for m in motions) >= 1.5 * QUARTERS * WHOLE_HORIZON
     horizon = WHOLE_HORIZON if long else HORIZON
-    steps = Steps(nominal, pool, settings, rollouts_over(motions))
-    fitted = steps.convex(motions)
+    fitted = Steps(nominal, pool, settings).convex(motions)
+    shooting = rollouts_over(motions, nominal, fitted.lawful.vehicle)
+    steps, horizon = Steps(nominal, pool, settings, shooting), min(horizon, shooting.horizon)
     _demand_lawful(fitted.lawful, known.symbols)
     held_out = _held_out(motions, steps, horizon, basis.uses_rollouts, say)
     best: Method = "weak form"
