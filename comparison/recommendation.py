@@ -45,23 +45,36 @@ class Decides(NamedTuple):
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
-    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration."""
+    """Choose what decides between models: speeds over 10 s, or 2 s, else acceleration.
+
+    2 s decide where the rows are too few for 10, and where errors grow, see `_grows`.
+    """
+    grows = _grows(every)
     for horizon in _HORIZONS:
-        if horizon in every[0].rollouts:
+        if horizon in every[0].rollouts and not (grows and horizon == _HORIZONS[0]):
             found = _over(horizon, every)
             if found.squares[0].shape[0] >= _BLOCKS * found.shortest and _can_tell(found.squares, found.shortest):
-                longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
-                return found._replace(what=f"{found.what}{longer}")
+                why = "this boat turns by itself, so that over 10 s any error grows" if grows else ""
+                why = why or f"the rows are too few for {_HORIZONS[0]} s"
+                return found._replace(what=f"{found.what}{f' ({why})' if horizon != _HORIZONS[0] else ''}")
     table = [squares(errors) for errors in every]
     return Decides("acceleration" if _can_tell(table, 1) else "", 1, table)
 
 
-def _drowned(every: Sequence[Errors], horizon: str) -> bool:
-    """True where noise of the starts makes more than half of the squared errors of a model on some axis."""
-    return any(
-        (errors.rollouts[horizon].started[:_AXES] > _STARTS_KNOWN * rolled(errors, horizon)[:, :_AXES].mean(0)).any()
-        for errors in every
-    )
+def _grows(every: Sequence[Errors]) -> bool:
+    """True where errors of the starts grow e-fold from 2 to 10 s under the model that errs least over 2 s.
+
+    Then what is small in a model becomes large as well, and one that damps what the boat does not may err less.
+    """
+    shorter = _HORIZONS[-1]
+    if not all(horizon in errors.rollouts for horizon in _HORIZONS for errors in every):
+        return False
+    first = rolled(every[0], shorter)[:, :_AXES].mean(axis=0)
+    unit = np.maximum(first, np.finfo(float).tiny)
+    sizes = [float((rolled(errors, shorter)[:, :_AXES].mean(axis=0) / unit).sum()) for errors in every]
+    best = every[int(np.argmin(sizes))].rollouts
+    later, sooner = (best[horizon].started[:_AXES] for horizon in _HORIZONS)
+    return bool((later > np.e**2 * sooner).any())
 
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
@@ -91,19 +104,14 @@ def _can_tell(table: list[Array], shortest: int) -> bool:
 def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
     """Squared errors of models as shares of the first one's, each speed in units of how much it varies.
 
-    Of what decides between them; over 2 s, too, where over 10 s most of what a model errs is made of the noise of its
-    starts, as of a hull that turns by itself: how much that is, is not known well enough. No end of it where a model
-    runs away within that time and the first one does not.
+    Of what decides between them. No end of it where a model runs away within that time and the first one does not.
 
     Parameters
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    decides, shorter = what_decides(every), _HORIZONS[-1]
-    drowned = decides.horizon == _HORIZONS[0] and shorter in every[0].rollouts and _drowned(every, decides.horizon)
-    table = _over(shorter, every).squares if drowned else decides.squares
     unit = np.maximum(motion, np.finfo(float).tiny)
-    sums = [float((np.mean(each, axis=0) / unit).sum()) for each in table]
+    sums = [float((np.mean(each, axis=0) / unit).sum()) for each in what_decides(every).squares]
     steady = _diverged(every[0])
     longest = {horizon for horizon in _HORIZONS if horizon in every[0].rollouts}
     lost = [bool((_diverged(errors) - steady) & longest) for errors in every]

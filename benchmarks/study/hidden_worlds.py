@@ -24,7 +24,7 @@ from .scoring import MATERIAL
 from .verb import Logged
 from .worlds import ALL, DURATION, NOISES, PARTS, SEEDS, STEP, VEHICLES, Case, Part, dominant, draw, merged, with_each
 
-FRESH = {"rich": "zigzag", "zigzag": "gentle", "gentle": "zigzag"}
+FRESH = {"rich": "zigzag", "zigzag": "gentle", "gentle": "zigzag", "waypoints": "zigzag"}
 """What the same boat drives on the fresh log."""
 FRESH_SECONDS, FRESH_SEED = 120.0, 5_000_000
 Key = tuple[str, int]
@@ -172,8 +172,40 @@ def piloted(vehicle: Vehicle, sensors: Sensors, rng: np.random.Generator) -> Sim
     truth = replace(start, position=found[:, :2].copy(), heading=found[:, 2].copy(), velocity=found[:, 3:].copy())
     seen[-1] += found[-1, :6]
     orders[-1] = orders[-2]
+    truth = replace(truth, commands=np.append(np.repeat(orders[:-1], fine, axis=0), orders[-1:], axis=0))
     stamps = PILOT_STEP * np.arange(rows, dtype=float)
     return SimulatedLog(vehicle, truth, stamps, seen, stamps, orders)
+
+
+# Hulls that turn by themselves
+
+TURNING = {
+    "turning": Part("one effect, open loop", 1, 0, ALL, ("field", "low"), turning=True),
+    "steered": Part("one effect, steered for waypoints", 1, 0, ("rich",), ("field", "low"), turning=True),
+    "turning, nothing": Part("nothing, open loop", 0, 0, ALL, ("field", "low", "rough"), turning=True),
+    "steered, nothing": Part("nothing, steered", 0, 0, ("rich",), ("field", "low", "rough"), turning=True),
+}
+TURNS = {"tuning": (900_000, 40), "reporting": (950_000, 80)}
+"""First seed and number of logs of a kind."""
+UNSEEN = {"thruster_lag", "input_delay", "advance_loss", "battery_sag", "apparent_wind"}
+"""What acts between an order and its thrust, or needs a channel of its own: `piloted` knows nothing of it."""
+
+
+def turning_keys(purpose: str) -> list[Key]:
+    """Kinds and seeds, in turn."""
+    start, logs = TURNS[purpose]
+    return [(kind, start + 1000 * k + n) for n in range(logs) for k, kind in enumerate(TURNING)]
+
+
+def turning(kind: str, seed: int) -> Logged:
+    """A log of a hull that turns by itself, under programmes or under an autopilot that keeps it straight."""
+    number, part = seed % 1000, TURNING[kind]
+    number += number // len(EFFECTS)
+    if not kind.startswith("steered"):
+        return logged("turning", kind, seed, draw(part, number, seed))
+    case = next(c for k in range(len(EFFECTS)) if not UNSEEN & {*(c := draw(part, number + k, seed)).hidden})
+    log = piloted(case.log.vehicle, NOISES[case.setting["noise"]], np.random.default_rng([seed, 15]))
+    return logged("turning", kind, seed, replace(case, log=log, setting=case.setting | {"programme": "waypoints"}))
 
 
 # Waves, and sensors whose noise is not white

@@ -7,10 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from scipy.optimize import brentq
+
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
+from undertow.physics.forces import held_acceleration
 from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
+from undertow.physics.thrusters import command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects, random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import NOISE, Sensors, SimulatedLog, World
@@ -32,7 +36,8 @@ Values = dict[str, float]
 class Part:
     """A part of the study: logs with the same number of hidden effects.
 
-    `programmes` and `noises` take turns; `full` is the number of logs, each `seconds` long.
+    `programmes` and `noises` take turns; `full` is the number of logs, each `seconds` long. Hulls that are `turning` do
+    so by themselves under way, as boats with a deep bow and no skeg do.
     """
 
     title: str
@@ -42,6 +47,7 @@ class Part:
     noises: tuple[str, ...] = ("field",)
     waves: bool = False
     seconds: float = DURATION
+    turning: bool = False
 
 
 ALL = ("rich", "zigzag", "gentle")
@@ -85,6 +91,7 @@ def draw(part: Part, number: int, seed: int) -> Case:
     waves = float(rng.uniform(*WAVES)) if part.waves else 0.0
     for _ in range(50):
         nominal = with_hull(random_hull(load_vehicle(base), rng), np.random.default_rng([seed, 9]))
+        nominal = turning(nominal, float(rng.uniform(*GROWTH))) if part.turning else nominal
         names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
         if part.hidden == 1:
             names = [EFFECTS[effect].name]
@@ -102,6 +109,36 @@ def draw(part: Part, number: int, seed: int) -> Case:
         setting = {"seed": seed, "vehicle": base, "programme": kind, "noise": noise, "waves": round(waves, 3)}
         return Case(nominal, hidden, log, setting)
     raise RequestError(f"seed {seed}: no sound world in fifty draws")
+
+
+GROWTH, CRUISE = (0.3, 1.2), 0.6
+"""Rate at which a small turn of a turning hull grows under way [1/s], and the share of its top speed of that."""
+
+
+def turning(vehicle: Vehicle, growth: float) -> Vehicle:
+    """The vehicle with a Munk moment so large that it turns by itself.
+
+    Parameters
+    ----------
+    growth : largest real part of an eigenvalue of its linearised equation of motion at cruising speed [1/s]
+    """
+    full = np.array([[command_of(unit, np.array(1.0)) for unit in vehicle.thrusters]])
+    speed = np.zeros((1, 3))
+    for _ in range(600):  # half a minute at full thrust
+        speed[:, 0] += STEP * held_acceleration(vehicle, speed, np.zeros(1), full)[:, 0]
+    cruise = CRUISE * speed * [1.0, 0.0, 0.0]
+
+    def too_slow(moment: float) -> float:
+        boat = vehicle.with_values({"N_uv": moment})
+        moved = [held_acceleration(boat, cruise + by, np.zeros(1), 0.0 * full)[0] for by in 1e-4 * np.eye(3)]
+        slope = (np.array(moved) - held_acceleration(boat, cruise, np.zeros(1), 0.0 * full)) / 1e-4
+        return growth - float(np.linalg.eigvals(slope.T).real.max())
+
+    far = 1.0  # a Munk moment of this sign holds a course
+    while too_slow(far) * too_slow(-far) > 0.0 and far < 1e5:
+        far *= 2.0
+    moment = brentq(too_slow, -far, far)
+    return vehicle.with_values({"N_uv": round(moment, 3)}).checked()
 
 
 def label(name: str, symbols: Sequence[str]) -> str:

@@ -58,16 +58,18 @@ def test_long_rollouts_decide_where_they_are_enough():
     assert what_decides([errors(starts=15), errors(2.0, starts=15)]).what == ""
 
 
-def test_where_noise_of_the_starts_makes_most_of_an_error_shorter_rollouts_tell_the_share():
-    """A hull that turns by itself: over 10 s its own model errs more than a damped one, by the noise of the starts."""
+def test_where_errors_grow_shorter_rollouts_decide():
+    """A hull that turns by itself: over 10 s its own model errs more than a damped one, by all that is not known."""
     true, damped = errors(horizons=("10", "2")), errors(0.7, horizons=("10", "2"))
     over_two = replace(damped, rollouts={**damped.rollouts, "2": errors(3.0, horizons=("2",)).rollouts["2"]})
-    for share, wanted in ((0.4, 0.49 / 0.6), (0.6, 9.0)):
-        started = share * LONG.mean(axis=0)
-        noisy = {**true.rollouts, "10": replace(true.rollouts["10"], started=started)}
-        every = [replace(true, rollouts=noisy), over_two]
+    for growth, wanted, horizon in ((1.2, 0.49 / (1.0 - 0.012), "10"), (20.0, 9.0 / 0.99, "2")):
+        started = 0.01 * LONG.mean(axis=0)
+        known = {"2": replace(true.rollouts["2"], started=started)}
+        known["10"] = replace(true.rollouts["10"], started=growth * started)
+        every = [replace(true, rollouts=known), over_two]
+        assert what_decides(every).horizon == horizon
         assert shares_of_error(every, EVEN)[1] == pytest.approx(wanted)
-        assert what_decides(every).horizon == "10"
+        assert ("turns by itself" in what_decides(every).what) == (horizon == "2")
 
 
 def test_no_model_errs_less_than_half_of_what_noise_of_the_starts_makes():
