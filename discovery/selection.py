@@ -30,7 +30,7 @@ from .identifiability.rehearsal import Identifiability, Rehearsal, plausible_amo
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
 from .search.rival_explanations import as_common_scale, has_residual_structure
-from .search.scoring import TELL_APART
+from .search.scoring import SLIGHT, TELL_APART
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,10 +370,12 @@ def _assess(found: ForceFit, say: Say) -> SearchResult:
 def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:
     """The basis by which rollouts judge a log of sensors that a model leaves structure of; None where it leaves none.
 
-    None as well for a log that has too few rollouts. What no model explains is no white noise, and the names of such a
-    model are those of stand-ins.
+    None as well for a log that has too few rollouts, and where what is left is slight beside the force at work: a
+    record of commands that is late by half a step leaves as much. What no model explains is no white noise, and the
+    names of such a model are those of stand-ins.
     """
-    if not basis.has_sensor_noise or not has_residual_structure(search, state):
+    slight = bool((np.sqrt(state.fit.held_out) <= SLIGHT * search.force_scale).all())
+    if slight or not basis.has_sensor_noise or not has_residual_structure(search, state):
         return None
     basis.forces.forget()
     rolling = basis.with_rollouts(LEAVES)
