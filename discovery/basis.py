@@ -19,7 +19,7 @@ from ..physics.motion import Array, Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance, WeakSettings
 from .balance.shooting import Shooting, ShootingSettings
-from .balance.starts import forgetting
+from .balance.starts import limit_horizon
 from .balance.weak_form import WeakForm
 from .candidates.candidate import (
     SCALES_OF_ALL,
@@ -304,7 +304,7 @@ class Basis:
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = correct_compass(self.forces.motions)
         settings = _beside(self.settings, clear.turned)
-        shooting = forgetting(settings.shooting, clear.motions, self.nominal)
+        shooting = limit_horizon(settings.shooting, clear.motions, self.nominal)
         return replace(
             self,
             settings=replace(settings, shooting=shooting),

@@ -30,7 +30,7 @@ from .identifiability.rehearsal import Identifiability, Rehearsal, plausible_amo
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
 from .search.rival_explanations import as_common_scale, has_residual_structure
-from .search.scoring import SLIGHT, TELL_APART
+from .search.scoring import TELL_APART
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,8 +374,8 @@ def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:
     record of commands that is late by half a step leaves as much. What no model explains is no white noise, and the
     names of such a model are those of stand-ins.
     """
-    slight = bool((np.sqrt(state.fit.held_out) <= SLIGHT * search.force_scale).all())
-    if slight or not basis.has_sensor_noise or not has_residual_structure(search, state):
+    left = search.leaves_more_than_slight(state.fit.held_out)
+    if not left or not basis.has_sensor_noise or not has_residual_structure(search, state):
         return None
     basis.forces.forget()
     rolling = basis.with_rollouts(LEAVES)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-
 from scipy.optimize import brentq
 
 from undertow.physics.effects import EFFECTS, effect_named
@@ -113,15 +112,20 @@ def draw(part: Part, number: int, seed: int) -> Case:
 
 GROWTH, CRUISE = (0.3, 1.2), 0.6
 """Rate at which a small turn of a turning hull grows under way [1/s], and the share of its top speed of that."""
+_STATED = (0.05, 0.04, 0.3)
+"""Y_r and N_v of a turning hull as shares of its Y_v [m], and its N_ur as a share of its N_r [s/m]."""
 
 
 def turning(vehicle: Vehicle, growth: float) -> Vehicle:
-    """The vehicle with a Munk moment so large that it turns by itself.
+    """The vehicle with a Munk moment so large that it turns by itself, and what a file of such a hull states as a rule.
 
     Parameters
     ----------
     growth : largest real part of an eigenvalue of its linearised equation of motion at cruising speed [1/s]
     """
+    across, around = vehicle.value("Y_v"), vehicle.value("N_r")
+    stated = {"Y_r": _STATED[0] * across, "N_v": _STATED[1] * across, "N_ur": _STATED[2] * around}
+    vehicle = vehicle.with_values({symbol: round(value, 3) for symbol, value in stated.items()})
     full = np.array([[command_of(unit, np.array(1.0)) for unit in vehicle.thrusters]])
     speed = np.zeros((1, 3))
     for _ in range(600):  # half a minute at full thrust

@@ -16,7 +16,7 @@ from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, LateForces, Remembered
+from .base import LEAST_NOISE, SENSED, LateForces, Remembered
 
 HORIZON, WHOLE_HORIZON = 5.0, 10.0
 """Lengths of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start; and long
@@ -75,12 +75,11 @@ class ShootingSettings:
     turned: float = 0.0
 
 
-def forgetting(settings: ShootingSettings, motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSettings:
+def limit_horizon(settings: ShootingSettings, motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSettings:
     """The same rollouts, but no longer than it takes an error of their start to grow e-fold.
 
-    A hull whose Munk moment is larger than what its skeg and damping hold turns by itself. Over some such times rollouts
-    tell of the noise of their starts, and the model that damps most seems the best one: output error is for stable
-    models (Ljung 1999, section 4.3; Jategaonkar 2015, section 9.4).
+    A hull whose Munk moment is larger than what its skeg and damping hold turns by itself. Over some such times
+    rollouts tell of the noise of their starts, and the model that damps most seems the best one.
 
     Parameters
     ----------
@@ -88,13 +87,13 @@ def forgetting(settings: ShootingSettings, motions: Sequence[Motion], *vehicles:
     motions : at whose measured states growth is asked; the mean over them counts, and decay is no growth
     vehicles : the one of them whose errors grow fastest counts
     """
-    rates = []
-    for vehicle in vehicles:
-        fastest = [np.maximum(_growth(motion, vehicle), 0.0) for motion in motions]
-        rates.append(float(np.concatenate(fastest).mean()))
-    if max(rates, default=0.0) * settings.horizon <= 1.0:
+    if not vehicles or sensor_noise(motions).max() < SENSED:
         return settings
-    horizon = max(SHORTEST, settings.bin * float(np.floor(1.0 / max(rates) / settings.bin)))
+    grown = [np.concatenate([np.maximum(_growth(motion, vehicle), 0.0) for motion in motions]) for vehicle in vehicles]
+    fastest = max(float(each.mean()) for each in grown)
+    if fastest * settings.horizon <= 1.0:
+        return settings
+    horizon = max(SHORTEST, settings.bin * float(np.floor(1.0 / fastest / settings.bin)))
     return replace(settings, horizon=horizon, spacing=min(settings.spacing, 0.5 * horizon))
 
 

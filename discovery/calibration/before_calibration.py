@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings, forgetting
+from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings, limit_horizon
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, DiscoverySettings, choose_balance
 from ..candidates.candidate import (
@@ -149,7 +149,7 @@ def rollouts_over(motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSett
 
     They are 10 s long: on the mean of kinds of logs of 45 s and more they come nearer the truth than 5 s
     (`benchmarks/calibration.py --horizons`); 5 s where half of the motions, as folds leave them, would hold too few,
-    and less where errors of their starts grow, see `forgetting`.
+    and less where errors of their starts grow, see `limit_horizon`.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def rollouts_over(motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSett
     """
     begun = sum(max(motion.duration - ROLLOUTS.horizon, 0.0) for motion in motions)
     enough = 0.5 * begun >= LEAST_BLOCKS * LEAST_STARTS * ROLLOUTS.spacing
-    return forgetting(ROLLOUTS if enough else replace(ROLLOUTS, horizon=HORIZON), motions, *vehicles)
+    return limit_horizon(ROLLOUTS if enough else replace(ROLLOUTS, horizon=HORIZON), motions, *vehicles)
 
 
 @dataclass(frozen=True, slots=True)

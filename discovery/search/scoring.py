@@ -389,10 +389,18 @@ class Scoring:
         """True when a mean square error (3,) is on some axis neither immaterial nor explained by sensor noise."""
         return self.unexplained(error) > 0.0
 
+    def leaves_more_than_slight(self, error: Array) -> bool:
+        """True when a mean square error (3,) has structure on an axis, and is no slight part of the force there."""
+        material = np.sqrt(error) > SLIGHT * self.force_scale
+        return bool((material & (self._excess(error) > 0.0)).any())
+
     def unexplained(self, error: Array) -> float:
         """Excess of a mean square error (3,) over the floor and sensor noise, relative to both, summed over axes."""
+        return float(self._excess(error).sum())
+
+    def _excess(self, error: Array) -> Array:
         least = np.maximum(self.floor, np.square(_STRUCTURE * self.noise_error))
-        return float(np.maximum(error / least - 1.0, 0.0).sum())
+        return np.maximum(error / least - 1.0, 0.0)
 
     def score_linearised(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
