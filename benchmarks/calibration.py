@@ -1,23 +1,27 @@
 """How well `fit` recovers the parameters of random hulls from a wrong start, step by step: errors and coverage.
 
-    python benchmarks/calibration.py [--worlds 6] [--duration 300] [--horizons]
+    python benchmarks/calibration.py [--worlds 6] [--duration 300] [--horizons | --turning]
 
 Every hull is a random sister of a shipped vehicle; the start has each damping and added mass wrong by up to a third.
 A row gives, over all parameters and worlds: the median and 90th percentile of |error| / |true value|, the share of 95 %
 intervals that hold the truth, and the root mean square error of 10 s rollouts on another, noise-free log of the same
 hull. "as it is" leaves sensor noise in the normal equations; "fit" is what the verb writes. With `--horizons` it tells,
-for logs of 45 s and more, what rollouts of 10 s leave of the error of rollouts of 5 s on that other log.
+for logs of 45 s and more, what rollouts of 10 s leave of the error of rollouts of 5 s on that other log. With
+`--turning` it steers hulls that turn by themselves, and tells by lengths of rollouts how near the truth their numbers
+come, from a start that is the truth; the last length is the one that `fit` takes.
 """
 
 import argparse
 from dataclasses import replace
 
 import numpy as np
+from study.hidden_worlds import piloted
+from study.worlds import GROWTH, NOISES, turning
 
 from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.basis import DiscoverySettings
-from undertow.discovery.calibration.before_calibration import ROLLOUTS
+from undertow.discovery.calibration.before_calibration import ROLLOUTS, rollouts_over
 from undertow.discovery.calibration.calibrate import Fitted, Steps, calibrate
 from undertow.discovery.candidates.candidate import calibratable, nuisance_candidates
 from undertow.discovery.search.estimation import block_bootstrap
@@ -85,6 +89,33 @@ def horizons(worlds: int) -> None:
             print(f"{np.exp(np.mean(ratios)):.2f} (x/ {np.exp(error):.2f})", flush=True)
 
 
+LENGTHS = (10.0, 5.0, 3.0, 2.0)
+"""Lengths of the rollouts that are tried on hulls that turn by themselves [s]."""
+
+
+def steered(worlds: int) -> None:
+    """Errors of the numbers of hulls that an autopilot keeps on course, by the length of the rollouts."""
+    print("hull, growth [1/s], then by rollouts of 10, 5, 3, 2 s and those of `fit`: length [s], median error")
+    medians: dict[str, list[float]] = {}
+    for seed in range(300, 300 + worlds):
+        rng = np.random.default_rng(seed)
+        name, growth = str(rng.choice(("blueboat", "otter"))), float(rng.uniform(*GROWTH))
+        hull = turning(random_hull(load_vehicle(name), rng), growth)
+        motion, row = piloted(hull, NOISES["field"], rng).motion(0.05), ""
+        pool = nuisance_candidates(hull, calibratable(hull))
+        weak = Steps(hull, pool, SETTINGS).convex([motion]).lawful.vehicle
+        rule = rollouts_over([motion], hull, weak)
+        tried = {f"{h:g} s": replace(rule, horizon=h, spacing=min(ROLLOUTS.spacing, 0.5 * h)) for h in LENGTHS}
+        for label, layout in (tried | {"fit": rule}).items():
+            found = Steps(hull, pool, SETTINGS, layout).rollouts([motion], weak).lawful.vehicle
+            error = np.median([abs(found.value(s) / hull.value(s) - 1.0) for s in calibratable(hull)])
+            medians.setdefault(label, []).append(float(error))
+            row += f"  {layout.horizon:g} s {error:.0%}"
+        print(f"{name}, {growth:.2f}: {row}", flush=True)
+    told = (f"{label} {np.median(m):.0%}, at most {max(m):.0%}" for label, m in medians.items())
+    print("all: " + "; ".join(told))
+
+
 def steps(worlds: int, duration: float) -> None:
     """How near the truth each step comes."""
     print("world, method, median error, 90 % error, covered, 10 s rollouts [m/s, m/s, rad/s]")
@@ -129,8 +160,12 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=6)
     parser.add_argument("--duration", type=float, default=300.0)
     parser.add_argument("--horizons", action="store_true", help="compare lengths of rollouts by lengths of logs")
+    parser.add_argument("--turning", action="store_true", help="the same on hulls that turn by themselves")
     options = parser.parse_args()
-    horizons(options.worlds) if options.horizons else steps(options.worlds, options.duration)
+    if options.turning:
+        steered(options.worlds)
+    else:
+        horizons(options.worlds) if options.horizons else steps(options.worlds, options.duration)
 
 
 if __name__ == "__main__":

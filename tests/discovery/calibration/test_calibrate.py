@@ -292,3 +292,13 @@ def test_nuisances_are_in_every_model_and_cost_nothing():
     linear, scores = search.linearise(state.vehicle, state.active)
     free = [linear.options[key][0] for key in search.nuisances]
     assert search.price(search.fit(scores, free), free) == 0.0
+
+
+def test_rollouts_end_where_an_error_of_their_start_has_grown_e_fold():
+    """A Munk moment turns one hull by itself, and holds another; without noise a start has no error."""
+    wild, firm = (HULL.with_values({"N_uv": moment}) for moment in (-40.0, 40.0))
+    for noise, wanted in (("field", (2.0, 10.0)), ("clean", (10.0, 10.0))):
+        motion = simulate_world(firm, {}, programme="gentle", duration=120.0, noise=noise, seed=3).motion(0.05)
+        found = [rollouts_over([motion], vehicle) for vehicle in (wild, firm)]
+        assert tuple(one.horizon for one in found) == wanted
+        assert rollouts_over([motion], firm, wild) == found[0], "the fastest of some counts"
