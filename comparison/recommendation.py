@@ -62,7 +62,7 @@ def what_decides(every: Sequence[Errors]) -> Decides:
 
 
 def _grows(every: Sequence[Errors]) -> bool:
-    """True where errors of the starts grow e-fold from 2 to 10 s under the model that errs least over 2 s.
+    """True where the model that errs least over 2 s errs e-fold over 10 s, and an error of its starts grows as much.
 
     Then what is small in a model becomes large as well, and one that damps what the boat does not may err less.
     """
@@ -72,9 +72,10 @@ def _grows(every: Sequence[Errors]) -> bool:
     first = rolled(every[0], shorter)[:, :_AXES].mean(axis=0)
     unit = np.maximum(first, np.finfo(float).tiny)
     sizes = [float((rolled(errors, shorter)[:, :_AXES].mean(axis=0) / unit).sum()) for errors in every]
-    best = every[int(np.argmin(sizes))].rollouts
-    later, sooner = (best[horizon].started[:_AXES] for horizon in _HORIZONS)
-    return bool((later > np.e**2 * sooner).any())
+    best = every[int(np.argmin(sizes))]
+    started = [best.rollouts[horizon].started[:_AXES] for horizon in _HORIZONS]
+    erred = [rolled(best, horizon)[:, :_AXES].mean(axis=0) for horizon in _HORIZONS]
+    return bool(np.logical_and(*(later > np.e**2 * sooner for later, sooner in (started, erred))).any())
 
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:

@@ -59,17 +59,22 @@ def test_long_rollouts_decide_where_they_are_enough():
 
 
 def test_where_errors_grow_shorter_rollouts_decide():
-    """A hull that turns by itself: over 10 s its own model errs more than a damped one, by all that is not known."""
-    true, damped = errors(horizons=("10", "2")), errors(0.7, horizons=("10", "2"))
-    over_two = replace(damped, rollouts={**damped.rollouts, "2": errors(3.0, horizons=("2",)).rollouts["2"]})
-    for growth, wanted, horizon in ((1.2, 0.49 / (1.0 - 0.012), "10"), (20.0, 9.0 / 0.99, "2")):
-        started = 0.01 * LONG.mean(axis=0)
-        known = {"2": replace(true.rollouts["2"], started=started)}
-        known["10"] = replace(true.rollouts["10"], started=growth * started)
-        every = [replace(true, rollouts=known), over_two]
-        assert what_decides(every).horizon == horizon
-        assert shares_of_error(every, EVEN)[1] == pytest.approx(wanted)
-        assert ("turns by itself" in what_decides(every).what) == (horizon == "2")
+    """A hull that turns by itself: over 10 s its own model errs more than a damped one, by all that is not known.
+
+    Where noise alone would turn it and did not, or where an error grows that is no start's, 10 s decide.
+    """
+    long, brief = (errors(times, horizons=("10", "2")).rollouts["10"] for times in (1.0, 0.2))
+    known, damped = errors(horizons=("10", "2")), errors(0.7, horizons=("10", "2"))
+    for started, error, horizon in ((20.0, brief, "2"), (1.2, brief, "10"), (20.0, long, "10")):
+        noise = 1e-4 * LONG.mean(axis=0)
+        rollouts = {"10": replace(long, started=started * noise), "2": replace(error, started=noise)}
+        decided = what_decides([replace(known, rollouts=rollouts), damped])
+        assert decided.horizon == horizon
+        assert ("turns by itself" in decided.what) == (horizon == "2")
+    share = shares_of_error(
+        [replace(known, rollouts={"10": replace(long, started=20.0 * noise), "2": brief}), damped], EVEN
+    )
+    assert share[1] == pytest.approx((0.7 / 0.2) ** 2)
 
 
 def test_no_model_errs_less_than_half_of_what_noise_of_the_starts_makes():
