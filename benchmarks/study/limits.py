@@ -287,6 +287,18 @@ SEVERAL = (
     Row("95 % intervals hold the truth", _covered("several"), 0.92, 0.98),
     Row(_WRITTEN, _fresh("several"), high=0.0),
 )
+_HIDDEN_IN_TURNING = ("turning", "steered")
+TURNING = (
+    Row(
+        "one effect: exactly it is missing or likely",
+        _exact(*_HIDDEN_IN_TURNING, words=_SAID, study="turning"),
+    ),
+    Row("one effect: first-ranked right", _first(*_HIDDEN_IN_TURNING, study="turning")),
+    Row("a false name is missing", _false("missing", "turning"), high=0.01),
+    Row("a false name is likely", _false("likely", "turning"), high=0.03),
+    Row("95 % intervals hold the truth", _covered("turning"), 0.92, 0.98),
+    Row(_WRITTEN, _fresh("turning"), high=0.0),
+)
 SHORT = (
     Row("a false name is missing", _false("missing", "short"), high=0.01),
     Row("a false name is likely", _false("likely", "short")),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SEAS, SENSORS, SEVERAL, SHORT, Records, Row
+from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SEAS, SENSORS, SEVERAL, SHORT, TURNING, Records, Row
 from .records import Record, bound, in_a_table
 from .scoring import OUTCOMES, accused, exact, false_names, outcome
 
@@ -63,6 +63,14 @@ PAGES = {
         "that of a filter which merges a receiver, a compass and a gyro. Most are judged by rollouts.",
         ("seas",),
         SEAS,
+    ),
+    "turning_hulls": Page(
+        "Hulls that turn by themselves",
+        "Logs of 300 s of random sisters of the shipped vehicles whose Munk moment is larger than what damping holds: "
+        "under way a small turn grows e-fold in one to three seconds. One effect or none, field, low or rough noise, "
+        "under the programmes of the other studies or steered for waypoints by an autopilot at 10 Hz.",
+        ("turning",),
+        TURNING,
     ),
     "several_logs": Page(
         "Several logs at once",
