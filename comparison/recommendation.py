@@ -18,8 +18,8 @@ from ..residuals.scores import Errors
 from .audit import Audit
 from .facts import BASELINE, Best, Grounds, Margin, rolled, rows_of, squares
 
-_AXES = 3
-"""Of the columns of rollout errors, the speeds; the position follows from them."""
+_AXES, _YAW = 3, 2
+"""Of the columns of rollout errors, the speeds; the position follows from them. And which of them is the yaw rate."""
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 _NOISE_KNOWN, _STARTS_KNOWN = 0.1, 0.5
@@ -44,17 +44,22 @@ class Decides(NamedTuple):
     horizon: str = ""
 
 
-def what_decides(every: Sequence[Errors]) -> Decides:
+def what_decides(every: Sequence[Errors], known: Sequence[Errors] = ()) -> Decides:
     """Choose what decides between models: speeds over 10 s, or 2 s, else acceleration.
 
     2 s decide where the rows are too few for 10, and where errors grow, see `_grows`.
+
+    Parameters
+    ----------
+    every : errors of all models, on the same rows
+    known : those of them that are no guess; none for all
     """
-    grows = _grows(every)
+    grows = _grows(known or every)
     for horizon in _HORIZONS:
         if horizon in every[0].rollouts and not (grows and horizon == _HORIZONS[0]):
             found = _over(horizon, every)
             if found.squares[0].shape[0] >= _BLOCKS * found.shortest and _can_tell(found.squares, found.shortest):
-                why = "this boat turns by itself, so that over 10 s any error grows" if grows else ""
+                why = "over 10 s any small turn of this boat grows" if grows else ""
                 why = why or f"the rows are too few for {_HORIZONS[0]} s"
                 return found._replace(what=f"{found.what}{f' ({why})' if horizon != _HORIZONS[0] else ''}")
     table = [squares(errors) for errors in every]
@@ -62,9 +67,10 @@ def what_decides(every: Sequence[Errors]) -> Decides:
 
 
 def _grows(every: Sequence[Errors]) -> bool:
-    """True where the model that errs least over 2 s errs e-fold over 10 s, and an error of its starts grows as much.
+    """True where errors of the model that errs least over 2 s, and noise of its starts, are e-fold over 10 s, in yaw.
 
-    Then what is small in a model becomes large as well, and one that damps what the boat does not may err less.
+    So it is of hulls that turn by themselves. What is small in a model becomes large as well then, and one that damps
+    what the boat does not may err less. Sway follows yaw, and on slow ships drifts though nothing is unstable.
     """
     shorter = _HORIZONS[-1]
     if not all(horizon in errors.rollouts for horizon in _HORIZONS for errors in every):
@@ -73,9 +79,9 @@ def _grows(every: Sequence[Errors]) -> bool:
     unit = np.maximum(first, np.finfo(float).tiny)
     sizes = [float((rolled(errors, shorter)[:, :_AXES].mean(axis=0) / unit).sum()) for errors in every]
     best = every[int(np.argmin(sizes))]
-    started = [best.rollouts[horizon].started[:_AXES] for horizon in _HORIZONS]
-    erred = [rolled(best, horizon)[:, :_AXES].mean(axis=0) for horizon in _HORIZONS]
-    return bool(np.logical_and(*(later > np.e**2 * sooner for later, sooner in (started, erred))).any())
+    started = [best.rollouts[horizon].started[_YAW] for horizon in _HORIZONS]
+    erred = [rolled(best, horizon)[:, _YAW].mean() for horizon in _HORIZONS]
+    return all(bool(later > np.e**2 * sooner) for later, sooner in (started, erred))
 
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
@@ -111,10 +117,10 @@ def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    unit = np.maximum(motion, np.finfo(float).tiny)
-    sums = [float((np.mean(each, axis=0) / unit).sum()) for each in what_decides(every).squares]
+    unit, decides = np.maximum(motion, np.finfo(float).tiny), what_decides(every)
+    sums = [float((np.mean(each, axis=0) / unit).sum()) for each in decides.squares]
     steady = _diverged(every[0])
-    longest = {horizon for horizon in _HORIZONS if horizon in every[0].rollouts}
+    longest = {decides.horizon} if decides.horizon else {name for name in _HORIZONS if name in every[0].rollouts}
     lost = [bool((_diverged(errors) - steady) & longest) for errors in every]
     return [np.inf if gone else own / max(sums[0], np.finfo(float).tiny) for own, gone in zip(sums, lost, strict=True)]
 
@@ -162,16 +168,18 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     """Recommend a model, and say why in at most two sentences.
 
     What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
-    that, and the acceleration where they are too few for any. Of models that keep the laws and differ by chance only
-    the simplest is trusted, and of these one that surely errs less than a guess that knows nothing of the boat before
-    others. None is where the guess errs less, be it by chance. A model that errs less than the trusted one, but breaks
-    a law or may do so by chance, is told of first.
+    that, or errors grow, and the acceleration where they are too few for any. Of models that keep the laws and differ
+    by chance only the simplest is trusted, and of these one that surely errs less than a guess that knows nothing of
+    the boat before others. None is where the guess errs less, be it by chance. A model that errs less than the trusted
+    one, but breaks a law or may do so by chance, is told of first.
 
     Parameters
     ----------
     models : each with its errors and what the laws say of it; the nominal one first
     """
-    decides = what_decides([errors for _, errors, _ in models])
+    decides = what_decides(
+        [errors for _, errors, _ in models], [errors for model, errors, _ in models if model.kind != BASELINE]
+    )
     broken = ["" if audit is None else listing([r.law for r in audit.violations]) for _, _, audit in models]
     rows = zip(models, decides.squares, broken, strict=True)
     field = [_Contender(model, squares, decides.shortest, laws) for (model, _, _), squares, laws in rows]

@@ -300,11 +300,17 @@ class Basis:
             return self.forces
         return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting)
 
-    def with_rollouts(self, why: str) -> "Basis":
-        """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
+    def with_rollouts(self, why: str, *found: Vehicle) -> "Basis":
+        """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add.
+
+        Parameters
+        ----------
+        why : a sentence
+        found : models by which an error of a start may grow, beside the nominal one
+        """
         clear = correct_compass(self.forces.motions)
         settings = _beside(self.settings, clear.turned)
-        shooting = limit_horizon(settings.shooting, clear.motions, self.nominal)
+        shooting = limit_horizon(settings.shooting, clear.motions, self.nominal, *found)
         return replace(
             self,
             settings=replace(settings, shooting=shooting),

@@ -378,7 +378,7 @@ def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:
     if not left or not basis.has_sensor_noise or not has_residual_structure(search, state):
         return None
     basis.forces.forget()
-    rolling = basis.with_rollouts(LEAVES)
+    rolling = basis.with_rollouts(LEAVES, state.vehicle)
     try:
         rolling.balance()
     except RequestError:

@@ -330,6 +330,8 @@ def integrate_stiff(answer: Answer, initial: Array, commands: Array, time_step: 
                 continue
             gone = ~(np.abs(trial[:, 3:]).max(axis=1) <= limit) | ~np.isfinite(trial).all(axis=1)
             trial[gone, 3:] = np.clip(np.nan_to_num(trial[gone, 3:], nan=limit), -limit, limit)
+            far = limit * time_step / parts
+            trial[gone, :3] = np.clip(np.nan_to_num(trial[gone, :3]), state[gone, :3] - far, state[gone, :3] + far)
             diverged |= gone
             state, done = np.where(diverged[:, None] & ~gone[:, None], state, np.nan_to_num(trial)), done + 1
         history[:, k + 1] = state

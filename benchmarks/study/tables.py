@@ -67,8 +67,9 @@ PAGES = {
     "turning_hulls": Page(
         "Hulls that turn by themselves",
         "Logs of 300 s of random sisters of the shipped vehicles whose Munk moment is larger than what damping holds: "
-        "under way a small turn grows e-fold in one to three seconds. One effect or none, field, low or rough noise, "
-        "under the programmes of the other studies or steered for waypoints by an autopilot at 10 Hz.",
+        "at 60 % of top speed a small turn of the file's hull grows e-fold in 0.8 to 3.3 s. One effect or none, field, "
+        "low or rough noise, under the programmes of the other studies or steered for waypoints by an autopilot at "
+        "10 Hz.",
         ("turning",),
         TURNING,
     ),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from undertow.discovery.balance.starts import growth_rate
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import held_acceleration
@@ -112,6 +113,8 @@ def draw(part: Part, number: int, seed: int) -> Case:
 
 GROWTH, CRUISE = (0.3, 1.2), 0.6
 """Rate at which a small turn of a turning hull grows under way [1/s], and the share of its top speed of that."""
+_FARTHEST = 1e5
+"""Munk moment beyond which none is looked for [N s^2/m]."""
 _STATED = (0.05, 0.04, 0.3)
 """Y_r and N_v of a turning hull as shares of its Y_v [m], and its N_ur as a share of its N_r [s/m]."""
 
@@ -134,13 +137,13 @@ def turning(vehicle: Vehicle, growth: float) -> Vehicle:
 
     def too_slow(moment: float) -> float:
         boat = vehicle.with_values({"N_uv": moment})
-        moved = [held_acceleration(boat, cruise + by, np.zeros(1), 0.0 * full)[0] for by in 1e-4 * np.eye(3)]
-        slope = (np.array(moved) - held_acceleration(boat, cruise, np.zeros(1), 0.0 * full)) / 1e-4
-        return growth - float(np.linalg.eigvals(slope.T).real.max())
+        return growth - float(growth_rate(boat, cruise, np.zeros(1), 0.0 * full)[0])
 
     far = 1.0  # a Munk moment of this sign holds a course
-    while too_slow(far) * too_slow(-far) > 0.0 and far < 1e5:
+    while too_slow(far) * too_slow(-far) > 0.0:
         far *= 2.0
+        if far > _FARTHEST:
+            raise RequestError(f"turning: no Munk moment makes {vehicle.name} turn by itself at {growth:g} /s")
     moment = brentq(too_slow, -far, far)
     return vehicle.with_values({"N_uv": round(moment, 3)}).checked()
 

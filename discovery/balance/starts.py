@@ -76,32 +76,45 @@ class ShootingSettings:
 
 
 def limit_horizon(settings: ShootingSettings, motions: Sequence[Motion], *vehicles: Vehicle) -> ShootingSettings:
-    """The same rollouts, but no longer than it takes an error of their start to grow e-fold.
+    """The same rollouts, but of 2 s or no longer than it takes an error of their start to grow e-fold.
 
     A hull whose Munk moment is larger than what its skeg and damping hold turns by itself. Over some such times
-    rollouts tell of the noise of their starts, and the model that damps most seems the best one.
+    rollouts tell of the noise of their starts, and the model that damps most seems the best one. A log without noise
+    has the longest horizon.
 
     Parameters
     ----------
     settings : with the longest horizon
-    motions : at whose measured states growth is asked; the mean over them counts, and decay is no growth
+    motions : at whose measured states, under way, growth is asked; the mean over them counts, and decay is no growth
     vehicles : the one of them whose errors grow fastest counts
     """
     if not vehicles or sensor_noise(motions).max() < SENSED:
         return settings
-    grown = [np.concatenate([np.maximum(_growth(motion, vehicle), 0.0) for motion in motions]) for vehicle in vehicles]
-    fastest = max(float(each.mean()) for each in grown)
-    if fastest * settings.horizon <= 1.0:
+    fastest = 0.0
+    for vehicle in vehicles:
+        rates = [np.zeros(1)]
+        for motion in motions:
+            rows = np.flatnonzero(active(motion, vehicle))[:: max(1, round(_EVERY / motion.time_step))]
+            rates.append(growth_rate(vehicle, motion.velocity[rows], motion.heading[rows], motion.commands[rows]))
+        fastest = max(fastest, float(np.maximum(np.concatenate(rates), 0.0).mean()))
+    if fastest * settings.horizon <= 1.0 or settings.horizon <= SHORTEST:
         return settings
     horizon = max(SHORTEST, settings.bin * float(np.floor(1.0 / fastest / settings.bin)))
     return replace(settings, horizon=horizon, spacing=min(settings.spacing, 0.5 * horizon))
 
 
-def _growth(motion: Motion, vehicle: Vehicle) -> Array:
-    """Largest real part of an eigenvalue of d(nu_dot)/d(nu) at some rows of a motion (n,) [1/s]."""
-    rows = slice(None, None, max(1, round(_EVERY / motion.time_step)))
-    velocity, rest = motion.velocity[rows], (motion.heading[rows], motion.commands[rows])
-    moved = [held_acceleration(vehicle, velocity + by, *rest) for step in _STEP * np.eye(3) for by in (step, -step)]
+def growth_rate(vehicle: Vehicle, velocity: Array, heading: Array, commands: Array) -> Array:
+    """Largest real part of an eigenvalue of d(nu_dot)/d(nu) in some states (n,) [1/s].
+
+    Parameters
+    ----------
+    velocity, heading, commands : (n, 3), (n,), (n, thrusters), as `forces.held_acceleration` takes them
+    """
+    moved = [
+        held_acceleration(vehicle, velocity + by, heading, commands)
+        for step in _STEP * np.eye(3)
+        for by in (step, -step)
+    ]
     slope = np.stack([(more - less) / (2.0 * _STEP) for more, less in zip(moved[::2], moved[1::2], strict=True)], -1)
     return np.asarray(np.linalg.eigvals(slope).real.max(axis=-1))
 

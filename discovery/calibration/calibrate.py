@@ -239,14 +239,16 @@ def calibrate(
     long = sum(m.duration for m in motions) >= 1.5 * QUARTERS * WHOLE_HORIZON
     horizon = WHOLE_HORIZON if long else HORIZON
     fitted = Steps(nominal, pool, settings).convex(motions)
-    shooting = rollouts_over(motions, nominal, fitted.lawful.vehicle)
-    steps, horizon = Steps(nominal, pool, settings, shooting), min(horizon, shooting.horizon)
+    start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
+    shooting = rollouts_over(motions, nominal, start)
+    if shooting.horizon < rollouts_over(motions).horizon:
+        horizon = shooting.horizon
+    steps = Steps(nominal, pool, settings, shooting)
     _demand_lawful(fitted.lawful, known.symbols)
     held_out = _held_out(motions, steps, horizon, basis.uses_rollouts, say)
     best: Method = "weak form"
     overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
-        start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
         best, fitted = "output error", steps.rollouts(motions, start)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
