@@ -239,7 +239,7 @@ def test_few_forces_explain_what_one_effect_makes():
 
 
 def test_what_is_slight_beside_the_force_at_work_is_left_to_the_force_balance():
-    """Structure of 4 % is no white noise, and calls for no rollouts; of 6 % it does, and where noise explains it not."""
+    """Structure of 4 % is no white noise, and calls for no rollouts; of 6 % it does, unless noise explains it."""
     search = choose_balance([world({"surge_quadratic_damping": -20.0})], HULL, DiscoverySettings()).force_search
     four, six = (np.square(share * search.force_scale * [1.0, 0.0, 0.0]) for share in (0.04, 0.06))
     assert search.has_residual_structure(four)
