@@ -59,7 +59,7 @@ def what_decides(every: Sequence[Errors], known: Sequence[Errors] = ()) -> Decid
         if horizon in every[0].rollouts and not (grows and horizon == _HORIZONS[0]):
             found = _over(horizon, every)
             if found.squares[0].shape[0] >= _BLOCKS * found.shortest and _can_tell(found.squares, found.shortest):
-                why = "over 10 s any small turn of this boat grows" if grows else ""
+                why = "this boat is directionally unstable: over 10 s small errors of a turn grow" if grows else ""
                 why = why or f"the rows are too few for {_HORIZONS[0]} s"
                 return found._replace(what=f"{found.what}{f' ({why})' if horizon != _HORIZONS[0] else ''}")
     table = [squares(errors) for errors in every]

@@ -12,7 +12,7 @@ from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.shooting import rollout_squares
-from ..balance.starts import WHOLE_HORIZON
+from ..balance.starts import WHOLE_HORIZON, ShootingSettings, limit_horizon
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind, at_limit, beyond_any_hull
 from ..candidates.linearisation import Linearisation, Option
@@ -137,11 +137,12 @@ def assess_candidates(search: Search, state: State, seed: int, known: Identifiab
     linear, scores, now = search.about(state)
     general = _general_instead(search, state)
     rehearsals = SurrogateTest(search, linear, scores, now, seed)
-    nominal = _squares(search, search.nominal)
+    horizon = _horizon(search, state)
+    nominal = _squares(search, search.nominal, horizon)
     absent = [o for c in search.pool if c.key not in now for o in linear.options[c.key] if o.present]
     beside = dict(zip(absent, _gains(search, scores, now, [(option,) for option in absent]), strict=True))
-    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal, beside)
-    whole, squares = search.fit(scores, list(now.values())), _squares(search, state.vehicle)
+    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal, horizon, beside)
+    whole, squares = search.fit(scores, list(now.values())), _squares(search, state.vehicle, horizon)
 
     known = known or Identifiability()
 
@@ -181,6 +182,8 @@ class _Model:
     general: Mapping[str, State]
     squares: Array
     """(starts, 3) squared rollout errors of the nominal vehicle."""
+    horizon: float
+    """Length of those rollouts on a force balance [s]."""
     beside: Mapping[Option, float]
     """What the model would gain by each option that is not in it, as columns foretell."""
 
@@ -267,7 +270,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         search, without.fit, state.fit, price, model.seed, search.is_material(without, state)
     )
     rival = min(worse, key=lambda key: worse[key], default="")
-    before = _squares(search, without.vehicle)
+    before = _squares(search, without.vehicle, model.horizon)
     share = search.unique_share(without, state)
     removed, remains = _removed(before, squares, model.squares)
     drops = (without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300)
@@ -369,14 +372,20 @@ def _pairs(
     return {f"{one.key} and {other.key}": score - model.state.score}
 
 
-def _squares(search: Search, vehicle: Vehicle) -> Array:
-    """Squared velocity errors of rollouts, (starts, 3): of 10 s from measured starts, or of those that judge.
+def _horizon(search: Search, state: State) -> float:
+    """Length of the rollouts by which effects are weighed [s]: 10 s, or less where errors of their starts grow."""
+    whole = ShootingSettings(horizon=WHOLE_HORIZON)
+    return limit_horizon(whole, search.balance.motions, search.nominal, state.vehicle).horizon
+
+
+def _squares(search: Search, vehicle: Vehicle, horizon: float) -> Array:
+    """Squared velocity errors of rollouts, (starts, 3): from measured starts on a force balance, or those that judge.
 
     None of what a model claims: the motion is not its own.
     """
     if not isinstance(search.balance, WeakForm) or search.balance.claimed:
         return search.balance.squares(vehicle)
-    return rollout_squares(search.balance.motions, vehicle, WHOLE_HORIZON)
+    return rollout_squares(search.balance.motions, vehicle, horizon)
 
 
 def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None, float | None]:

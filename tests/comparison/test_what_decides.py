@@ -70,7 +70,7 @@ def test_where_errors_grow_shorter_rollouts_decide():
         rollouts = {"10": replace(long, started=started * noise), "2": replace(error, started=noise)}
         decided = what_decides([replace(known, rollouts=rollouts), damped])
         assert decided.horizon == horizon
-        assert ("small turn" in decided.what) == (horizon == "2")
+        assert ("unstable" in decided.what) == (horizon == "2")
     share = shares_of_error(
         [replace(known, rollouts={"10": replace(long, started=20.0 * noise), "2": brief}), damped], EVEN
     )
