@@ -27,6 +27,8 @@ _RUN_IN = 1.0
 """Minutes of a log after which `adapt` follows what changes."""
 _TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
 """Over the effects of a run, where its verdict is not an open one."""
+_WEATHER = ("steady_current", "turning_current", "mean_wind")
+"""Effects that are no part of a boat."""
 _SETTLED = "Nothing is missing that this log can show."
 _CHANCE = {"no difference": ", which may be chance", "too short to tell": ", on too few rows to exclude chance"}
 _FIRST_REASON = re.compile(r": | \(|; |\.$")
@@ -257,8 +259,19 @@ def recommendation(findings: Findings, comparison: Comparison) -> str:
     best = comparison.best
     matters = best.grounds not in (None, Grounds.NONE_BETTER)
     if not (findings.missing and best.sentence and best.model == NOMINAL) or matters:
-        return best.sentence
+        return f"{best.sentence} {_of_this_day(findings) if best.model == CORRECTED else ''}".strip()
     return f"{best.sentence} What is missing hardly matters on these rows."
+
+
+def _of_this_day(findings: Findings) -> str:
+    """What of the corrected model is the weather of its log and no part of the boat; empty where nothing is."""
+    weather = [item for item in findings.added if item.effect in _WEATHER]
+    symbols = listing([term.symbol for item in weather for term in item.terms if term.symbol])
+    if not weather:
+        return ""
+    names = listing([effect_words(item) for item in weather])
+    verb = "are those" if len(weather) > 1 else "is that"
+    return f"{sentence_case(names)} {verb} of this log: for another day set {symbols} to 0 in model.yaml."
 
 
 def repeated(findings: Findings) -> str:

@@ -435,6 +435,18 @@ def test_what_to_trust_goes_with_what_is_missing():
     assert recommendation(open_story(2.0, 0.5), BEST) == BEST.best.sentence
 
 
+def test_the_weather_of_a_log_is_no_part_of_its_boat(tmp_path: Path):
+    run = read_run(write_sample(tmp_path))
+    hull = run.findings.added[0]
+    current = hull.but(effect="steady_current", terms=tuple(term.but(symbol="current_north") for term in hull.terms))
+    trusted = NOTHING.but(best=Best(model="corrected", grounds=Grounds.BETTER, sentence="Trust corrected."))
+    assert recommendation(run.findings.but(candidates=(hull,)), trusted) == "Trust corrected."
+    told = recommendation(run.findings.but(candidates=(hull, current)), trusted)
+    assert told == (
+        "Trust corrected. Steady current is that of this log: for another day set current_north to 0 in model.yaml."
+    )
+
+
 def scored(name: str, r2: Sequence[float], speeds: Sequence[float | None], kind: str = "symbolic") -> ComparedModel:
     """A model by its R squared of the acceleration, and its errors of 10 s speeds, in surge, sway and yaw."""
     axes = ("surge", "sway", "yaw")
