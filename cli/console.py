@@ -220,13 +220,17 @@ def fail(text: str) -> NoReturn:
 
 
 def show_steps(
-    steps: "Sequence[Step]", candidates: "Sequence[EffectFinding]" = (), comparison: "Comparison | None" = None
+    steps: "Sequence[Step]",
+    candidates: "Sequence[EffectFinding]" = (),
+    comparison: "Comparison | None" = None,
+    deciding: str = "",
 ) -> None:
     """The errors step by step, beside those of a calibration alone, and what is left of them; see `steps_table`."""
     from ..reports.terminal.findings_screen import remaining_error, steps_table
 
-    show(steps_table(steps, candidates, comparison))
-    prose(remaining_error(steps, comparison.best.horizon if comparison else ""))
+    deciding = deciding or (comparison.best.horizon if comparison else "")
+    show(steps_table(steps, candidates, comparison, deciding))
+    prose(remaining_error(steps, deciding))
 
 
 def show_calibrated(findings: "Findings") -> None:

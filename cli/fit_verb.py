@@ -36,6 +36,6 @@ def fit(
     warn(done.inputs.warnings, done.inputs.repairs)
     prose(" ".join(done.sentences))
     show(terminal.calibrated_table(done.calibration.parameters), terminal.not_calibrated_list(done.left))
-    show_steps(done.steps)
+    show_steps(done.steps, deciding=f"{done.calibration.horizon:g}")
     show(terminal.energy_text(done.calibration.lawful.passivity))
     say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")

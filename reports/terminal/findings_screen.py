@@ -52,7 +52,10 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
 
 
 def steps_table(
-    steps: Sequence[Step], candidates: Sequence[EffectFinding] = (), comparison: Comparison | None = None
+    steps: Sequence[Step],
+    candidates: Sequence[EffectFinding] = (),
+    comparison: Comparison | None = None,
+    deciding: str = "",
 ) -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
 
@@ -62,9 +65,10 @@ def steps_table(
     ----------
     steps : the nominal model first
     candidates : effects, which tell the thruster of one that concerns one
-    comparison : of all models on the same rows; the horizon that decides there which to trust is shown, else 10 s
+    comparison : of all models on the same rows
+    deciding : the horizon that decides which to trust [s]; default: that of the comparison, else 10 s
     """
-    deciding = comparison.best.horizon if comparison else ""
+    deciding = deciding or (comparison.best.horizon if comparison else "")
     horizon = _horizon(steps, deciding)
     models = comparison.models if comparison else ()
     calibrated = any(step.added == wording.CALIBRATED for step in steps)
