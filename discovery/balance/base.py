@@ -69,8 +69,6 @@ def _size(value: Array | tuple[Array, ...]) -> int:
 
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
-SENSED = 1e-3
-"""Noise from which sensors made a log [m/s, rad/s]: the exact state of a simulator has none, white or coloured."""
 
 
 MANY = 120

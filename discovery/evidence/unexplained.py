@@ -17,7 +17,7 @@ from ...measurements.statistics.blocks import block_draws
 from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import AXES, FORCE_UNITS, Array
 from ...physics.vehicle import Vehicle
-from ..balance.base import SENSED, Balance
+from ..balance.base import Balance
 from ..balance.starts import HORIZON
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
@@ -232,9 +232,9 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
 _CLEAN = 0.2
 """Share of the force scale that a coloured error of a log without sensor noise, as simulators write it, must reach to
 be worth the slower search on rollouts; of another `SLIGHT`."""
-_LOUD = 9.0
-"""Times what white noise makes from which an error is coloured, however small a share of the force it is, where sensors
-made the log: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
+_LOUD, _SENSED = 9.0, 1e-3
+"""Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
+sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
 _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 """Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
 _TESTS_A_COLUMN = 3.0
@@ -357,7 +357,7 @@ def _unit_length(columns: Array) -> Array:
 
 def has_sensor_noise(weak: WeakForm) -> bool:
     """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
-    return bool(weak.noise.max() >= SENSED)
+    return bool(weak.noise.max() >= _SENSED)
 
 
 def _turned(weak: WeakForm) -> Array:
