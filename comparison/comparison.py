@@ -80,13 +80,15 @@ _AT_REST = 0.1
 class Judged:
     """A model, its errors on the judged rows, what the laws say of it, and what its interval holds.
 
-    Baselines are asked for no laws, and vehicles tell no interval.
+    Baselines are asked for no laws, and vehicles tell no interval. `sure`: what it adds is called missing, so that it
+    is no guess beside the nominal model.
     """
 
     model: Model
     errors: Errors
     audit: Audit | None
     interval: IntervalRecord | None = None
+    sure: bool = False
 
     @property
     def name(self) -> str:
@@ -96,7 +98,7 @@ class Judged:
     def called(self, model: Model) -> "Judged":
         """The same of a model that differs by its name and kind alone."""
         audit = None if self.audit is None else replace(self.audit, model=model.name, kind=model.kind)
-        return Judged(model, self.errors, audit, self.interval)
+        return replace(self, model=model, audit=audit)
 
 
 def judge_all(models: Sequence[Model], parts: Parts) -> list[Judged]:
@@ -228,7 +230,8 @@ def comparison(
     inside = None if parts.judge in WHOLE else in_box(inputs.vehicle, parts.known, parts.judged.motions)
     held_out = {found.name for found in judged[1:] if parts.judge == "test" and found.model.kind != "physics"}
     counts = [found for found in judged[1:] if found.name in held_out or found.name not in fitted]
-    recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)])
+    sure = [found.name for found in counts if found.sure]
+    recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)], sure)
     if inputs.broken:
         text = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
         recommended = recommended.but(sentence=text)

@@ -3,7 +3,7 @@
 Rollouts decide where there are enough of them, else accelerations.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -164,18 +164,20 @@ class _Contender:
         return not (self.beats(other) or other.beats(self) or np.array_equal(self.squares, other.squares))
 
 
-def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
+def best(models: Sequence[tuple[Model, Errors, Audit | None]], sure: Collection[str] = ()) -> Best:
     """Recommend a model, and say why in at most two sentences.
 
     What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
     that, or errors grow, and the acceleration where they are too few for any. Of models that keep the laws and differ
-    by chance only the simplest is trusted, and of these one that surely errs less than a guess that knows nothing of
-    the boat before others. None is where the guess errs less, be it by chance. A model that errs less than the trusted
-    one, but breaks a law or may do so by chance, is told of first.
+    by chance only the simplest is trusted, or one that adds what is surely missing and errs less than the nominal one;
+    and of these one that surely errs less than a guess that knows nothing of the boat before others. None is where the
+    guess errs less, be it by chance. A model that errs less than the trusted one, but breaks a law or may do so by
+    chance, is told of first.
 
     Parameters
     ----------
     models : each with its errors and what the laws say of it; the nominal one first
+    sure : names of models that add what is surely missing
     """
     decides = what_decides(
         [errors for _, errors, _ in models], [errors for model, errors, _ in models if model.kind != BASELINE]
@@ -192,7 +194,8 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
         sentence = f"{few}: {chosen.name} has the smallest errors{doubt}, and that may be chance."
         return Best(grounds=Grounds.TOO_FEW, sentence=sentence)
     guess = min((c for c in field if c.model.kind == BASELINE), key=lambda c: c.score, default=None)
-    chosen = _simplest(lawful, guess)
+    known = [c for c in lawful if c.name in sure and c.score < named[0].score]
+    chosen = _simplest(lawful, guess, known)
     verdict = _Verdict(decides.what, named, chosen, guess, *_judge(named, chosen, guess))
     return Best(
         model=chosen.name * (verdict.grounds is not Grounds.GUESS),
@@ -204,18 +207,19 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     )
 
 
-def _simplest(field: Sequence[_Contender], guess: _Contender | None) -> _Contender:
-    """The model with the fewest fitted numbers that no other beats.
+def _simplest(field: Sequence[_Contender], guess: _Contender | None, known: Collection[_Contender] = ()) -> _Contender:
+    """The model with the fewest fitted numbers that no other beats, or one of which more than these rows is known.
 
     One that surely errs less than the guess goes before one that may, and this one before others. Of as many numbers
     the smallest error decides, as it does where all are beaten.
     """
     unbeaten = [c for c in field if not any(other.beats(c) for other in field if other is not c)]
 
-    def rank(c: _Contender) -> tuple[bool, bool, bool, int | None, float]:
+    def rank(c: _Contender) -> tuple[bool, bool, bool, bool, int | None, float]:
         sure, perhaps = guess is None or c.beats(guess), guess is None or c.score < guess.score
         # Nobody knows how many numbers somebody else's function has.
-        return not sure, not perhaps, isinstance(c.model, FunctionModel), c.model.parameters, c.score
+        unknown = isinstance(c.model, FunctionModel)
+        return not sure, not perhaps, c not in known, unknown, c.model.parameters, c.score
 
     return min(unbeaten or [min(field, key=lambda c: c.score)], key=rank)
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..measurements.compass import SOUND, corrected
+from ..measurements.compass import corrected
 from ..measurements.kinematics import compass_shown
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.motion import Array, Motion
@@ -157,7 +157,8 @@ def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
     if compass.sound:
         return CorrectedMotions(tuple(motions), 0.0, False, ())
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
-    deviates = compass.plain or compass.size > SOUND  # straight runs speak against it, if not for sure
+    logs = {motion.source: [m for m in motions if m.source == motion.source] for motion in motions}
+    deviates = compass.deviates or any(compass_shown(own).deviates for own in logs.values())
     judged = [
         *(["heading and velocities are corrected"] if compass.plain else []),
         *(["no law of sway is judged"] if deviates else []),
@@ -218,10 +219,6 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     return _DEVIATES if deviates and has_residual_structure(search, search.run()) else ""
 
 
-_MEASURES = ("thruster_arm",)
-"""What rollouts measure the rest by."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Basis:
     """The balance that judges a log, with the motions and candidates for it.
@@ -274,14 +271,11 @@ class Basis:
     def judges(self, candidate: Candidate) -> bool:
         """True for a candidate that what judges the log can tell from the rest, as far as the compass is known.
 
-        Rollouts cannot tell long arms from little inertia and damping in yaw together. Beside a compass that deviates,
-        they tell nothing that acts in sway, and beside one that is not proven, no common scale of thrust and drag.
+        Beside a compass that deviates, rollouts tell nothing that acts in sway, and no common scale of thrust and drag
+        from mass, which sway alone would tell.
         """
-        if not self.uses_rollouts:
-            return True
-        unproven = self.settings.shooting.turned > 0.0
-        blind = candidate.key in _MEASURES or (unproven and bool({*SCALES_OF_ALL} & {*candidate.symbols}))
-        return not (blind or (self.deviates and needs_sway(candidate)))
+        sway = needs_sway(candidate) or bool({*SCALES_OF_ALL} & {*candidate.symbols})
+        return not (self.uses_rollouts and self.deviates and sway)
 
     def balance(self, about: Vehicle | None = None, shooting: ShootingSettings | None = None) -> Balance:
         """The balance that judges.

@@ -4,7 +4,7 @@ Search, evidence and look-alikes are the same on both. A force balance may leave
 begin at several models, are weighted by the model found, and lose what cannot be told from nothing.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -78,6 +78,7 @@ class ForceFit:
     free : what is calibrated in every model, if anything
     rehearsal : of its candidates, where one was held
     rolling : the basis by which rollouts judge, where the model leaves more than white noise; None where it stands
+    beyond_terms : all terms at once leave structure beside its names, so that no few of them were searched for
     """
 
     basis: Basis
@@ -86,6 +87,7 @@ class ForceFit:
     free: FreeParameters | None = None
     rehearsal: Rehearsal | None = None
     rolling: Basis | None = None
+    beyond_terms: bool = False
 
     @property
     def explains(self) -> bool:
@@ -306,13 +308,23 @@ def search_forces(basis: Basis, say: Say) -> ForceFit:
     """Search the catalogue on the force balance of a log, and say whether rollouts must judge it for all that.
 
     Where names leave structure, terms are looked for, too; what leaves structure for all that, in a log that is long
-    enough for rollouts, these judge.
+    enough for rollouts, these judge. No few terms are searched for where all of them leave structure.
     """
     first = _search(basis, say)
     search, state = first.search, first.state
     if has_residual_structure(search, state):
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
-        search, state = _with_terms(basis.forces, search, state, say)
+        named = replace(first, state=as_common_scale(search, state), beyond_terms=True)
+        taken = {s for c in search.pool if c.nuisance for s in c.symbols}
+        vehicles = without_effects(search, state), state.vehicle
+        before, after = parallel_map(partial(shortlist, basis.forces), vehicles)
+        symbols = [s for s in dict.fromkeys([*before, *after]) if s not in taken]
+        every = _with(search, symbols).evaluate(state.vehicle, (*state.active, *symbols))
+        if search.leaves_more_than_slight(every.fit.in_sample):
+            named = replace(named, rolling=_rolling(basis, search, named.state))
+            if named.rolling is not None:
+                return named
+        search, state = _with_terms(basis.forces, search, state, symbols, say)
     state = as_common_scale(search, state)
     rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
     return ForceFit(basis, search, state, first.free, rehearsal, _rolling(basis, search, state))
@@ -386,25 +398,23 @@ def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:
     return rolling
 
 
-def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:
+def _with(search: Search, symbols: Sequence[str]) -> Search:
+    """A search with unnamed terms among its candidates."""
+    terms = [term_candidate(symbol, search.nominal) for symbol in symbols]
+    return Search(search.balance, search.nominal, (*search.pool, *terms), search.settings)
+
+
+def _with_terms(weak: WeakForm, named: Search, state: State, symbols: Sequence[str], say: Say) -> tuple[Search, State]:
     """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better.
 
     Terms that move much like a chosen one then join, so that a term is not blamed where its twin would do as well.
     """
-    nominal = named.nominal
-    taken = {s for c in named.pool if c.nuisance for s in c.symbols}
-
-    def widened(symbols: Iterable[str]) -> Search:
-        terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols) if s not in taken]
-        return Search(weak, nominal, (*named.pool, *terms), named.settings)
-
-    before, after = parallel_map(partial(shortlist, weak), (without_effects(named, state), state.vehicle))
-    symbols = [*before, *after]
-    search = widened(symbols)
+    search = _with(named, symbols)
     best = search.best_of((state, None), say)
     terms = [c for c in search.pool if c.kind is Kind.TERM and c.key in best.active]
+    taken = {s for c in named.pool if c.nuisance for s in c.symbols}
     alike = [s for s in find_twins(weak, best.vehicle, terms) if s not in {*taken, *symbols}]
     if not alike:
         return search, best
-    search = widened([*symbols, *alike])
+    search = _with(named, [*symbols, *alike])
     return search, search.run(start=best, progress=say)

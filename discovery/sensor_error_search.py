@@ -146,7 +146,7 @@ def _asked(fit: ForceFit) -> Array | None:
 def _overfits(fit: ForceFit) -> bool:
     """True when a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
     terms = fit.search.of_kind(fit.names, Kind.TERM)
-    return bool(terms) or len(fit.names) >= fit.search.settings.overfit_from
+    return bool(terms) or fit.beyond_terms or len(fit.names) >= fit.search.settings.overfit_from
 
 
 def _stands_in(fit: ForceFit) -> bool:

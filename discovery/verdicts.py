@@ -53,6 +53,8 @@ _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] that rounding makes in a noise-free log of a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
+_BESIDE = {"N_rdot": "; or inertia_z, for a log shows inertia_z - N_rdot alone"}
+"""What else of the file may be off where a number seems to be."""
 _STILL = "Undecided: the forces at work are hardly more than what sensor noise makes, so this log can tell nothing."
 
 
@@ -252,7 +254,8 @@ def _effect(
         sentence += f" {g.tests.changes[e.key]}" if e.key in g.tests.changes else ""
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
-        sentence = reason.tell(meaning, _explanation(g, e, reason, terms))
+        plain = effect.meaning if reason is Reason.FILE_VALUE else meaning  # the file may be right
+        sentence = reason.tell(plain, _explanation(g, e, reason, terms))
     same, beside = g.tests.invariant.get(e.key), g.tests.forms.refits.get(e.key)
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return EffectFinding(
@@ -400,7 +403,11 @@ def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, 
     """What the model is missing, and which numbers of the file are off: about what they are, and what it says."""
     off = {f.key: _file_numbers(f, nominal) for f in said}
     new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
-    numbers = [f"{symbol} (about {value:.3g}, not {filed:.3g})" for own in off.values() for symbol, value, filed in own]
+    numbers = [
+        f"{symbol} (about {value:.3g}, not {filed:.3g}{_BESIDE.get(symbol, '')})"
+        for own in off.values()
+        for symbol, value, filed in own
+    ]
     wrong = f"file's {listing(numbers)} {'is' if len(numbers) == 1 else 'are'} {probably}off"
     if not new:
         return f"The {wrong}"

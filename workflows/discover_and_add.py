@@ -10,7 +10,7 @@ import numpy as np
 from ..comparison import comparison as comparing
 from ..comparison.comparison import Judged, comparison, judge_all
 from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
-from ..comparison.recommendation import shares_of_error
+from ..comparison.recommendation import best, shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, DiscoverySettings, choose_balance
 from ..discovery.discover import Discovery, find_missing
@@ -234,12 +234,12 @@ def assess(
         progress(Stage(what, COMPARING))
     (nominal, *others), notes = known()
     trim_memory()
-    named = bool(found.findings.missing or found.findings.likely) or not corrects
-    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs, named) if earned else None
+    named = bool(found.findings.missing or found.findings.likely)
+    better = _predicts_better(next(iter(own), None), nominal, others, inputs, named) if earned else None
     if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
         return assess(given, _writing(taken, better), settings, again, progress)
-    corrected = own[0] if own else nominal.called(last)
+    corrected = replace(own[0] if own else nominal.called(last), sure=bool(found.findings.missing))
     assert corrected.audit is not None, "the laws judge all models but baselines"
     errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
     scored = [errors[model] for model in models]
@@ -283,30 +283,35 @@ def _weak(inputs: Inputs) -> tuple[DataSet, ...]:
 
 
 def _predicts_better(
-    corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs, named: bool
+    corrected: Judged | None, nominal: Judged, others: Sequence[Judged], inputs: Inputs, named: bool
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
     What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
     better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
-    well the one with fewer guesses holds elsewhere. Material is what part of the nominal model's error it is: a ratio
-    of two errors near nothing says nothing.
+    well the one with fewer guesses holds elsewhere. So do the numbers of the file, unless others are better, materially
+    and by more than chance. Material is what part of the nominal model's error it is: a ratio of two errors near
+    nothing says nothing.
 
     Parameters
     ----------
-    named : an effect of the corrected model is missing or likely, or it is the nominal one
+    corrected : None for one that is the nominal model itself
+    named : an effect of the corrected model is missing or likely
     """
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
     adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
-    every = (*adding_nothing, corrected)
+    every = adding_nothing if corrected is None else [*adding_nothing, corrected]
     shares = np.sqrt(shares_of_error([judged.errors for judged in every], motion)).tolist()
-    least = min(shares[:-1])
-    if named:
-        stands = shares[-1] <= least + MATERIAL
-    else:
-        stands = shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
-    return None if stands else adding_nothing[shares.index(least)]
+    least = min(shares[: len(adding_nothing)])
+    if corrected is not None and named:
+        return None if shares[-1] <= least + MATERIAL else adding_nothing[shares.index(least)]
+    if corrected is not None and shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal):
+        return None
+    surest = best([(one.model, one.errors, one.audit) for one in adding_nothing])
+    if surest.model == CALIBRATED and shares[1] <= shares[0] - MATERIAL:
+        return adding_nothing[1]
+    return None if corrected is None else nominal
 
 
 def _shows_places(model: Judged, guesses: Sequence[Judged]) -> bool:

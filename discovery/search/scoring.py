@@ -43,6 +43,9 @@ _WITHOUT = 40
 """Models less an effect that are kept: pruned of each of its effects, a model is then weighed without each of them."""
 _AT_HAND = 30_000_000
 """Bytes of columns that stay at hand, of a quarter of an hour or so; those of a long log are made again."""
+_CONVERGED = 0.05
+"""Log-likelihood that a Gauss-Newton step gains, below which it is the last: a twentieth of what makes a change of a
+search worth it (the Newton decrement; Boyd and Vandenberghe 2004, section 9.5)."""
 _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
 """What the mass matrix is made of, in proportion."""
 
@@ -285,10 +288,15 @@ class Scoring:
             last, moved = refined == self.settings.refinements, vehicle
             if not last:
                 moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            if last or has_converged(vehicle, moved, chosen):
+            if last or self._gain(linear, fit) < _CONVERGED:
                 break
             vehicle, error = moved, fit.in_sample
         return State(moved, tuple(active), fit, self.score(fit, chosen))
+
+    def _gain(self, linear: Linearisation, fit: Fit) -> float:
+        """Log-likelihood that a step from a model to its fit gains, or loses where the fit is cleared of noise."""
+        before = (linear.columns[:, :, -1] ** 2).mean(axis=0) + self.floor
+        return float(0.5 * self.independent * np.abs(np.log(before / (fit.in_sample + self.floor))).sum())
 
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""
@@ -468,15 +476,3 @@ def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
         ):
             values[symbol] = start + by_column.get(index, 0.0)
     return vehicle.with_values(values)
-
-
-def has_converged(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
-    """True when a Gauss-Newton step hardly moved any parameter.
-
-    Parameters
-    ----------
-    before, after : the model before and after the step
-    chosen : options whose parameters were free
-    """
-    pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
-    return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)

@@ -11,7 +11,7 @@ from ...physics.motion import RUN_UP, Array, Motion, body_to_earth, earth_to_bod
 from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
 from ..canonical import MOTION, Channel
-from ..log import Log
+from ..log import Log, channels_digest
 from ..statistics.signals import integrated
 from .needs import command_channels, require
 from .resampling import (
@@ -278,12 +278,13 @@ def shortfall(log: Log, spans: Sequence[Span], notes: Sequence[str]) -> str | No
 def _check_distinct(logs: tuple[Log, ...]) -> None:
     if not logs:
         raise RequestError("prepare: expected at least one log, got none.")
-    seen = set()
+    seen: dict[object, Log] = {}
     for log in logs:
-        path = log.path.resolve()
-        if path in seen:
-            raise RequestError(f"{log.path} is given twice; held-out rows would also be training rows. Give it once.")
-        seen.add(path)
+        for same in (log.path.resolve(), *[channels_digest(log)] * (len(logs) > 1)):
+            other = seen.setdefault(same, log)
+            if other is not log:
+                twice = "is given twice" if other.path == log.path else f"holds the same data as {other.path}"
+                raise RequestError(f"{log.path} {twice}; held-out rows would also be training rows. Give it once.")
 
 
 def reference(log: Log) -> Channel:

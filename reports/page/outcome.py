@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, NamelessForce, Step, comes_and_goes
+from ...discovery.search.scoring import MOST
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, sentence_case, share_removed, words
 from ...physics.vehicle import Vehicle
@@ -142,6 +143,9 @@ def settled(findings: Findings, comparison: Comparison) -> bool:
 def headline(findings: Findings, comparison: Comparison) -> str:
     """The verdict in a sentence: that of the findings, where the facts bear it."""
     nothing = findings.verdict == "nothing missing"
+    if findings.verdict == "undecided" and _own_numbers_do(findings, comparison):
+        done = _done_to(hero(findings.steps, comparison.best.horizon))
+        return f"Undecided: no name is likely, yet fitting the file's own numbers {done}."
     if findings.headline and (not nothing or settled(findings, comparison)):
         return findings.headline
     if not nothing:
@@ -162,6 +166,14 @@ def headline(findings: Findings, comparison: Comparison) -> str:
         return f"No name is sure, and yet model.yaml {done}."
     told = f"No new effect is needed: numbers of the vehicle file are off, and putting them right {done}."
     return f"{told} {passing}".strip()
+
+
+def _own_numbers_do(findings: Findings, comparison: Comparison) -> bool:
+    """True where the model that is written adds no effect, and its numbers remove most of the error, not by chance."""
+    if not findings.calibrated or findings.added or _chance(findings, comparison):
+        return False
+    led = hero(findings.steps, comparison.best.horizon)
+    return led.after <= (1.0 - MOST) * led.before
 
 
 def section_title(findings: Findings, comparison: Comparison) -> str:

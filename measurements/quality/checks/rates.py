@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....physics.presentation import number
 from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
 from ..record import About, Check, Found, Record, Verdict
@@ -69,7 +70,7 @@ def _gaps(records: Sequence[Record]) -> Found:
     share = lost / whole if whole > 0.0 else 1.0
     longest = max(high - low for found in holes.values() for low, high in found)
     count = max(len(found) for found in holes.values())
-    text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
+    text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {number(100.0 * share, 2)} % of the time"
     return about.finding(
         "warning" if share > _MUCH else "note",
         text,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from ....physics.presentation import number
 from ...canonical import Channel
 from ...channels.conversion import APART
 from ..record import About, Check, Finding, Fix, Found, Record
@@ -52,7 +53,7 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
         share = astray / (rows + astray)
         yield about.finding(
             "warning" if share > _MANY else "note",
-            f"{astray} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+            f"{astray} values have a stamp that is astray, far from those around it ({number(100.0 * share, 2)} %)",
             value=share,
             channels=names("astray"),
             consequence="their rows are left out",
@@ -64,7 +65,7 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
         listed = ", ".join(names("backward"))
         yield about.finding(
             "defect",
-            f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
+            f"time runs backwards: {backward} values stand after later ones ({number(100.0 * share, 2)} %)",
             value=share,
             channels=names("backward"),
             consequence="derivatives change sign there; other verbs refuse the log",
@@ -75,7 +76,7 @@ def _wrong_stamps(channels: Sequence[Channel]) -> Iterator[Finding]:
         share = repeated / (rows + repeated)
         yield about.finding(
             "warning" if share > _MANY else "note",
-            f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
+            f"{number(100.0 * share, 2)} % of the values repeat the stamp of another ({repeated} values)",
             value=share,
             channels=names("repeated"),
             consequence="two values at one instant have no derivative; the last of them is taken",
