@@ -32,7 +32,6 @@ from .evidence.record_errors import (
 )
 from .evidence.unexplained import find_passing_residuals, find_persistent_residuals, inclusion
 from .evidence.unmodelled_forces import (
-    UnmodelledForces,
     fit_unmodelled_forces,
     rollouts_of_several_logs,
 )
@@ -287,7 +286,7 @@ def _test(
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
     selected = (*search.named(looked.state.active), *model.subthreshold)
     rests = find_persistent_residuals(forces, search.balance, looked.state.vehicle)
-    asked = partial(fit_unmodelled_forces, forces, there, selected, seed) if selected or rests else UnmodelledForces
+    asked = partial(fit_unmodelled_forces, forces, there, selected, seed)
     with second_processor.run_in_fork(asked) as formed:
         changes = find_changing_forces(forces, there, selected, seed)
         forms = formed()

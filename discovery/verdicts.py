@@ -126,7 +126,8 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
     in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
     in_play = [f for f in in_play if f.in_model] or in_play
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
-    unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
+    material = [form for form in g.tests.forms.selected if form.share >= search.settings.materiality]
+    unsure = bool(in_play) or still or bool(g.persistent) or _nameless(g, unnamed, material) is not None
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
     other_forms, instead = g.tests.forms.selected, _best_substitute(g, in_play) if verdict == "undecided" else None
     forms = other_forms if instead is None else (*other_forms, instead[1])

@@ -32,12 +32,16 @@ from ..search.scoring import ALIVE, MATERIAL, MOST, SLIGHT, TELL_APART
 from .unmodelled_forces import MOST_FORMS
 from .weighing import SURE, Evidence, share_of_resamples
 
+DIRECTIONS = ("north-south", "east-west")
+"""Beside the axes of the hull, what a force may keep to."""
 _ONE_SIDED = 1.645
 """Standard errors beyond which chance leads in one of twenty cases."""
 
 
 def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) -> tuple[PersistentResidual, ...]:
-    """Persistent residuals by axis: material, lasting, and hardly less with the model found than with the nominal one.
+    """Persistent residuals: material, lasting, and hardly less with the model found than with the nominal one.
+
+    By axis, and by direction: what water or air push while a boat turns lasts to the north and east, and on no axis.
 
     Parameters
     ----------
@@ -45,21 +49,30 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
     judge : the balance that judged, of forces or of rollouts
     found : the model with everything that the search selected, sure or not
     """
-    balance = forces.balance
-    after, before = (balance.residual(vehicle) for vehicle in (found, forces.nominal))
-    (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
-    share = lasting / forces.force_scale
+    weak = forces.balance
+    assert isinstance(weak, WeakForm), "what lasts is looked for on the force balance"
+    after, before = (_with_directions(weak, weak.residual(vehicle)) for vehicle in (found, forces.nominal))
+    (lasting, sure), (usual, _) = (_lasting(rest, weak.time) for rest in (after, before))
+    scale = np.append(forces.force_scale, [forces.force_scale[:2].max()] * 2)
     little = lasting > MOST * usual
     if not judge.forces:
-        little &= _size(judge.residual(found)) > MOST * _size(judge.residual(forces.nominal))
-    seen = ~forces.quiet
-    left = seen & little & sure & (share > MATERIAL) & (lasting > MOST * _size(after))
+        stays = _size(judge.residual(found)) > MOST * _size(judge.residual(forces.nominal))
+        little &= np.append(stays, [stays[:2].any()] * 2)
+    seen = np.append(~forces.quiet, [bool((~forces.quiet[:2]).all())] * 2)
+    left = seen & little & sure & (lasting > MATERIAL * scale) & (lasting > MOST * _size(after))
+    names, unit = (*AXES, *DIRECTIONS), (*weak.unit, *weak.unit[:2])
     return tuple(
-        PersistentResidual(
-            axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis]
-        )
-        for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
+        PersistentResidual(axis=names[k], force=float(lasting[k]), share=float(lasting[k] / scale[k]), unit=unit[k])
+        for k in sorted(np.flatnonzero(left).tolist(), key=lambda k: -lasting[k] / scale[k])
     )
+
+
+def _with_directions(weak: WeakForm, rest: Array) -> Array:
+    """A rest (tests, 3) on the axes, and the same to the north and to the east, (tests, 5) [N, N, N m, N, N]."""
+    turned = weak.average([np.column_stack([np.cos(m.heading), np.sin(m.heading)]) for m in weak.motions])
+    north, east = (turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), _NEW)).T
+    surge, sway = rest[:, 0], rest[:, 1]
+    return np.column_stack([rest, north * surge - east * sway, east * surge + north * sway])
 
 
 def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:
@@ -76,7 +89,7 @@ def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:
 
 
 def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Size (3,) of the force in a rest (tests, 3) that lasts for 5 to 10 s, and whether there surely is one.
+    """Size (k,) of the force in a rest (tests, k) that lasts for 5 to 10 s, and whether there surely is one.
 
     The mean force that noise n of a speed feigns by inertia over T goes with (n(t + T) - n(t)) / T: whatever its
     colour, over twice the time it is half, where a force that lasts stays. From both follows the force (Richardson's
@@ -98,7 +111,7 @@ def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:
 
 
 def _means(rest: Array, pieces: NDArray[np.int64]) -> Array:
-    """Means of a rest (tests, 3) over its pieces, without those that are hardly begun, (pieces, 3)."""
+    """Means of a rest (tests, k) over its pieces, without those that are hardly begun, (pieces, k)."""
     tests = np.bincount(pieces)
     sums = np.column_stack([np.bincount(pieces, column) for column in rest.T])
     return (sums / np.maximum(tests, 1)[:, None])[tests > 0.5 * tests.max()]
