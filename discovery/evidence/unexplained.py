@@ -60,6 +60,7 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
         little &= np.append(stays, [stays[:2].any()] * 2)
     seen = np.append(~forces.quiet, [bool((~forces.quiet[:2]).all())] * 2)
     left = seen & little & sure & (lasting > MATERIAL * scale) & (lasting > MOST * _size(after))
+    left[3:] &= not left[:2].any()  # a boat that goes one way has one force on an axis and to a side
     names, unit = (*AXES, *DIRECTIONS), (*weak.unit, *weak.unit[:2])
     return tuple(
         PersistentResidual(axis=names[k], force=float(lasting[k]), share=float(lasting[k] / scale[k]), unit=unit[k])

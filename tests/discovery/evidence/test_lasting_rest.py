@@ -57,6 +57,14 @@ def test_what_an_effect_takes_is_no_rest():
     assert rest_of(missing, HULL.with_values({"X_uu": HULL.value("X_uu") - 30.0})) == ()
 
 
+def test_what_pushes_a_turning_boat_to_one_side_of_the_world_lasts_there_and_on_no_axis():
+    windy = simulate_world(HULL, {"mean_wind": (5.0, 0.0)}, duration=150.0, noise="field", seed=4).motion()
+    assert [rest.axis for rest in rest_of(windy)] == ["north-south"]
+    (rest,) = rest_of(windy)
+    assert rest.force == pytest.approx(5.0, rel=0.1)
+    assert rest_of(windy, HULL.with_values({"wind_force_north": 5.0})) == ()
+
+
 def test_noise_of_the_speeds_that_lasts_is_no_force():
     """What noise that is remembered for a second makes of means over five is half of it over ten, but for its drag."""
     sound, rng = world("field"), np.random.default_rng(3)
