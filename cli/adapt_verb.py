@@ -115,13 +115,18 @@ class _Screen:
 
     def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
         from ..physics.files import on_top, write_text
-        from ..reports.hull_diary import table_heading
+        from ..physics.presentation import number
+        from ..physics.sources import with_sources
+        from ..reports.hull_diary import CI, table_heading
 
         if self.last is None:
             return
         if out is not None:
             now = dict(zip(self._begun.symbols, self.last.values.tolist(), strict=True))
-            boat.with_values(now, name=f"{boat.name}, followed").save(out, by="adapt")
+            wide = zip(self._begun.symbols, (CI * self.last.deviation).tolist(), strict=True)
+            marks = {symbol: f"95 % within {number(half, 2)} of it" for symbol, half in wide}
+            found = boat.with_values(now, name=f"{boat.name}, followed")
+            with_sources(boat, found, "followed by undertow adapt", marks).save(out, by="adapt")
         if values is not None:
             text = "\n".join([table_heading(self._begun.symbols), *self._rows, ""])
             write_text(values, on_top("adapt --values", text))

@@ -180,7 +180,8 @@ def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
         what = "Corrected vehicle" if run.findings.added else "Vehicle with its own numbers fitted, and nothing added"
         worse = gets_worse(run.findings.steps, run.comparison.best.horizon)
         say(f"{what}: {out / 'model.yaml'}{beside}{', which errs more on unseen rows than the file' * worse}")
-    if run.comparison.best.model == CALIBRATED:
+    calibrated, written = run.calibrated, run.discovery.corrected
+    if run.comparison.best.model == CALIBRATED and calibrated is not None and calibrated.values != written.values:
         say("The calibrated model, which is to be trusted, is what 'undertow fit' writes with the same logs and --out.")
     if report:
         say(f"Report: {out / 'report.html'}")

@@ -41,6 +41,7 @@ def test_a_log_is_followed_and_its_change_rings(log: Path, tmp_path: Path):
     now = undertow.load_vehicle(tmp_path / "now.yaml")
     assert now.value("port_scale") == pytest.approx(0.6, abs=0.1)
     assert now.value("Y_v") == HULL.value("Y_v")
+    assert "of it: followed by undertow adapt" in str(now.sources)
     text = (tmp_path / "values.csv").read_text().splitlines()
     assert text[0].startswith("# written by undertow adapt --values, sha256 ")
     assert (

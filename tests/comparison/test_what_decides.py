@@ -249,3 +249,12 @@ def test_of_models_with_as_many_numbers_the_one_with_smaller_errors_is_trusted()
     assert told.model == "other"
     assert "35 % less than nominal" in told.sentence.replace("\N{NO-BREAK SPACE}", " ")
     assert "which may be chance" in told.sentence
+
+
+def test_of_models_that_differ_by_chance_the_one_that_adds_what_is_surely_missing_is_trusted():
+    nominal, less, more = (model("nominal", 0), errors(), None), *((model("run"), gusty(by), None) for by in (0.8, 1.2))
+    assert best([nominal, less]).model == "nominal"
+    known = best([nominal, less], ["run"])
+    assert (known.model, known.grounds) == ("run", Grounds.NONE_BETTER)
+    assert re.match(rf"Trust run:{WHAT} it errs 20 {LESS}, which may be chance", known.sentence.replace("\xa0", " "))
+    assert best([nominal, more], ["run"]).model == "nominal", "what is missing hardly matters on these rows"

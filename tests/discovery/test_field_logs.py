@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery import basis as basis_of_logs
 from undertow.discovery import discover, selection
 from undertow.discovery.add_effects import Bench, add_effects
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import UNKNOWN, DiscoverySettings, correct_compass
+from undertow.discovery.basis import UNKNOWN, DiscoverySettings, choose_balance, correct_compass
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.effect_findings import Reason
@@ -280,3 +281,28 @@ def test_a_plain_deviation_under_white_noise_is_judged_on_rollouts_too(nominal: 
     found = find_missing([log], nominal)
     assert "the compass of this log deviates" in found.notes[0]
     assert set(found.findings.missing) == NAMES
+
+
+def test_sway_and_mass_are_judged_by_rollouts_wherever_no_compass_deviates(nominal: Vehicle) -> None:
+    basis = choose_balance([driven(nominal, 4.0, 0, rows=600)], nominal, DiscoverySettings())
+    by_key = {c.key: c for c in candidates(nominal)}
+    for key, by_sway in (("sway_lift", True), ("mass_offset", True), ("thruster_arm", False), ("surge_trim", False)):
+        judged = [
+            replace(basis, why=why, deviates=deviates).judges(by_key[key])
+            for why, deviates in (("", True), ("rollouts", False), ("rollouts", True))
+        ]
+        assert judged == [True, True, not by_sway], key
+
+
+def test_a_compass_that_deviates_in_one_log_of_several_deviates(
+    nominal: Vehicle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unsure = Compass(0.0, 0.0, 0.0, 0.0, np.inf, 0.0, 0.0)
+    off = replace(unsure, size=0.1, error=0.04, explained=0.4, agree=0.8)
+    motion = driven(nominal, 4.0, 0, rows=200)
+    logs = [replace(motion, source=name) for name in ("one", "other", "one")]
+    monkeypatch.setattr(
+        basis_of_logs, "compass_shown", lambda motions: off if {m.source for m in motions} == {"other"} else unsure
+    )
+    assert correct_compass(logs).deviates
+    assert not correct_compass(logs[::2]).deviates

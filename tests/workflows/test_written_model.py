@@ -152,6 +152,29 @@ def test_what_has_no_sure_name_is_written_only_where_it_predicts_materially_bett
     assert [step.added for step in run.findings.steps] == [None, NAME if named else CALIBRATED]
 
 
+@pytest.mark.parametrize(("surest", "written"), [(CALIBRATED, [None, CALIBRATED]), (NOMINAL, [None])])
+@pytest.mark.parametrize("asked", ["guesses", "nothing"])
+def test_the_numbers_of_the_file_stay_where_others_are_better_by_chance(
+    folded: Inputs,
+    found: Discovery,
+    known: References,
+    monkeypatch: pytest.MonkeyPatch,
+    surest: str,
+    written: list[str | None],
+    asked: str,
+):
+    monkeypatch.setattr(discover_and_add, "best", lambda _: Best(model=surest))
+    unsure = replace(found, findings=found.findings.but(missing=(), likely=()))
+    if asked == "nothing":
+        unsure = replace(unsure, corrected=HULL, steps=found.steps[:1], unseen=replace(found.unseen, steps=()))
+    run = assessed(
+        folded,
+        with_drag(unsure, FILE + 4.0) if asked == "guesses" else unsure,
+        calibrated_to(folded, found, TRUE, known),
+    )
+    assert [step.added for step in run.findings.steps] == written
+
+
 def test_a_term_without_a_name_that_is_not_written_is_told_as_a_force(
     folded: Inputs, found: Discovery, known: References
 ):

@@ -414,6 +414,18 @@ def test_nothing_is_missing_is_not_said_of_an_axis_that_was_not_judged_nor_of_a_
     assert "the file's own numbers, calibrated (X_u)" in answer(fitted, compared)[1].text
 
 
+def test_where_no_name_is_likely_and_the_numbers_of_the_file_are_enough_the_headline_says_so():
+    own = {"symbol": "X_u", "before": -9.0, "after": -12.0, "wanted": -12.0, "unit": "N s/m"}
+    compared = judged("calibrated", nominal=2.0, corrected=0.5)
+    fitted = open_story(2.0, 0.5, calibrated=[own], candidates=())
+    assert headline(fitted, compared).replace(NARROW, " ") == (
+        "Undecided: no name is likely, yet fitting the file's own numbers removes 75 % of the position error of 10 s "
+        "predictions."
+    )
+    for other in (open_story(2.0, 0.5), open_story(2.0, 1.1, calibrated=[own], candidates=())):
+        assert headline(other, compared) == "Undecided: so."
+
+
 def test_likely_names_have_their_odds_beside_what_is_missing_and_alone(tmp_path: Path):
     run = read_run(write_sample(tmp_path / "run", seconds=30.0))
     text = page(run).replace(NARROW, " ")
