@@ -196,7 +196,7 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]], sure: Collection[
     guess = min((c for c in field if c.model.kind == BASELINE), key=lambda c: c.score, default=None)
     known = [c for c in lawful if c.name in sure and c.score < named[0].score]
     chosen = _simplest(lawful, guess, known)
-    verdict = _Verdict(decides.what, named, chosen, guess, *_judge(named, chosen, guess))
+    verdict = _Verdict(decides.what, named, chosen, guess, *_judge(named, chosen, guess), chosen in known)
     return Best(
         model=chosen.name * (verdict.grounds is not Grounds.GUESS),
         grounds=verdict.grounds,
@@ -208,7 +208,7 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]], sure: Collection[
 
 
 def _simplest(field: Sequence[_Contender], guess: _Contender | None, known: Collection[_Contender] = ()) -> _Contender:
-    """The model with the fewest fitted numbers that no other beats, or one of which more than these rows is known.
+    """The model with the fewest fitted numbers that no other beats, or one of those that add what is surely missing.
 
     One that surely errs less than the guess goes before one that may, and this one before others. Of as many numbers
     the smallest error decides, as it does where all are beaten.
@@ -253,6 +253,7 @@ class _Verdict:
     guess : the best of those that know nothing of the boat
     grounds : why the chosen model is trusted or not
     ahead : errs less than the trusted one, or gains on the nominal one where none is trusted, and is told of first
+    known : the chosen one adds what is surely missing, and is trusted for that
     """
 
     what: str
@@ -261,6 +262,7 @@ class _Verdict:
     guess: _Contender | None
     grounds: Grounds
     ahead: _Contender | None
+    known: bool = False
 
     @property
     def in_words(self) -> str:
@@ -279,7 +281,8 @@ class _Verdict:
             return f"{self._ahead()}: trust {name}, which keeps the laws of a hull{also}"
         if self.ahead is not None:
             less = _perhaps(self.ahead, self.chosen, f" in {self.what}")
-            return f"{less}: until more rows tell, trust {name}, the simpler one"
+            why = "which adds what is surely missing" if self.known else "the simpler one"
+            return f"{less}: until more rows tell, trust {name}, {why}"
         laws = "keeps the laws of a hull"
         if self.chosen.broken:
             laws = f"breaks {self.chosen.broken}, and no model here keeps all laws"

@@ -22,7 +22,6 @@ from .balance.shooting import Shooting, ShootingSettings
 from .balance.starts import limit_horizon
 from .balance.weak_form import WeakForm
 from .candidates.candidate import (
-    SCALES_OF_ALL,
     Candidate,
     Kind,
     candidates,
@@ -158,10 +157,11 @@ def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
         return CorrectedMotions(tuple(motions), 0.0, False, ())
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
     logs = {motion.source: [m for m in motions if m.source == motion.source] for motion in motions}
-    deviates = compass.deviates or any(compass_shown(own).deviates for own in logs.values())
+    deviates = compass.plain or (len(logs) > 1 and any(compass_shown(own).plain for own in logs.values()))
     judged = [
         *(["heading and velocities are corrected"] if compass.plain else []),
-        *(["no law of sway is judged"] if deviates else []),
+        *(["in one of the logs it does deviate"] if deviates and not compass.plain else []),
+        *(["no law of sway is judged, nor mass"] if deviates else []),
         f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees",
     ]
     clear = (corrected(m, compass) for m in motions) if compass.plain else motions
@@ -234,7 +234,7 @@ class Basis:
     why : why rollouts judge, in a sentence; empty where the force balance does
     part : of a long log, which part is searched; else empty
     timed : how early or late the commands were recorded is fitted in every model
-    deviates : the compass plainly does, and no law of sway is judged
+    deviates : the compass of a log plainly does, and no law of sway is judged
     """
 
     nominal: Vehicle
@@ -271,11 +271,10 @@ class Basis:
     def judges(self, candidate: Candidate) -> bool:
         """True for a candidate that what judges the log can tell from the rest, as far as the compass is known.
 
-        Beside a compass that deviates, rollouts tell nothing that acts in sway, and no common scale of thrust and drag
-        from mass, which sway alone would tell.
+        Beside a compass that deviates, rollouts tell nothing that acts in sway, and no mass, which sway alone tells
+        from a common scale of thrust and drag.
         """
-        sway = needs_sway(candidate) or bool({*SCALES_OF_ALL} & {*candidate.symbols})
-        return not (self.uses_rollouts and self.deviates and sway)
+        return not (self.uses_rollouts and self.deviates and needs_sway(candidate))
 
     def balance(self, about: Vehicle | None = None, shooting: ShootingSettings | None = None) -> Balance:
         """The balance that judges.

@@ -392,10 +392,10 @@ class Findings(Card, Record):
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
-    rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
+    rests : force that lasts and that nothing explains, by axis, or to the north or east where none lasts on an axis
     passing : where rollouts judge, shares of the force at work that come and go within seconds, by axis, largest first
-    other_forms : what the rest of the model follows, looked for where an effect would be named; and last, of an
-        undecided log, what explains more in the place of a doubtful effect
+    other_forms : what the rest of the model follows; and last, of an undecided log, what explains more in the place of
+        a doubtful effect
     nameless : the force without a name that an undecided log tells of before names, none of which is likely
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not

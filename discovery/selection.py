@@ -308,22 +308,23 @@ def search_forces(basis: Basis, say: Say) -> ForceFit:
     """Search the catalogue on the force balance of a log, and say whether rollouts must judge it for all that.
 
     Where names leave structure, terms are looked for, too; what leaves structure for all that, in a log that is long
-    enough for rollouts, these judge. No few terms are searched for where all of them leave structure.
+    enough for rollouts, these judge. Where even all terms of the shortlist at once leave it, no sparse few of them are
+    searched for.
     """
     first = _search(basis, say)
     search, state = first.search, first.state
     if has_residual_structure(search, state):
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
-        named = replace(first, state=as_common_scale(search, state), beyond_terms=True)
         taken = {s for c in search.pool if c.nuisance for s in c.symbols}
         vehicles = without_effects(search, state), state.vehicle
         before, after = parallel_map(partial(shortlist, basis.forces), vehicles)
         symbols = [s for s in dict.fromkeys([*before, *after]) if s not in taken]
         every = _with(search, symbols).evaluate(state.vehicle, (*state.active, *symbols))
         if search.leaves_more_than_slight(every.fit.in_sample):
-            named = replace(named, rolling=_rolling(basis, search, named.state))
-            if named.rolling is not None:
-                return named
+            named = as_common_scale(search, state)
+            rolling = _rolling(basis, search, named)
+            if rolling is not None:
+                return replace(first, state=named, rolling=rolling, beyond_terms=True)
         search, state = _with_terms(basis.forces, search, state, symbols, say)
     state = as_common_scale(search, state)
     rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held

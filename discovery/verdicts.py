@@ -144,7 +144,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         rests=tuple(g.persistent),
         passing=g.passing,
         other_forms=forms,
-        nameless=_nameless(g, unnamed, forms) if unlikely else None,
+        nameless=_nameless(g, unnamed, material or forms) if unlikely else None,
     )
     headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, findings, in_play)
     if instead is not None:
@@ -164,7 +164,7 @@ def _nameless(g: VerdictInputs, unnamed: Sequence[FittedTerm], forms: Sequence[O
     return leading_force(
         [(term.axis, term.form) for term in unnamed],
         [(form.axis, form.follows, form.share) for form in forms],
-        [rest.axis for rest in g.persistent],
+        [rest.axis for rest in g.persistent if rest.axis in AXES],
         rollouts=not g.search.balance.forces,
     )
 
@@ -340,7 +340,7 @@ def _headline(g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFind
     forms = g.tests.forms.selected
     told = [form for form in forms if lead and (form.axis, form.follows) == (lead.axis, lead.follows)]
     for form in (*told, *forms)[:1]:
-        if form.share >= g.search.settings.materiality:
+        if findings.verdict != "nothing missing" and form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{sentence_case(form.in_words)} stays unexplained, {share}.")
     terms = _so_many(len(unnamed))

@@ -239,7 +239,8 @@ def assess(
     if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
         return assess(given, _writing(taken, better), settings, again, progress)
-    corrected = replace(own[0] if own else nominal.called(last), sure=bool(found.findings.missing))
+    sure = any(effect.verdict == "missing" for effect in found.findings.added)
+    corrected = replace(own[0] if own else nominal.called(last), sure=sure)
     assert corrected.audit is not None, "the laws judge all models but baselines"
     errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
     scored = [errors[model] for model in models]
@@ -335,7 +336,8 @@ def _writing(found: Discovery, better: Judged) -> Discovery:
     assert isinstance(model, VehicleModel), "the nominal and the calibrated model are vehicles"
     nominal = model.vehicle == found.nominal
     what = "nominal model" if nominal else "file's model with its own numbers fitted"
-    why = f"On rows that no model saw, nothing lawful that was tried predicts speeds materially better than the {what}."
+    told = "On rows that no model saw, nothing lawful that was tried predicts speeds materially better than"
+    why = f"{told} the {what}, and by more than chance."
     return found.writing(model.vehicle, () if nominal else [vehicle for _, vehicle in model.without_folds], why)
 
 

@@ -104,10 +104,6 @@ _BY_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass", "memory_sway", "cross_flow
 """What acts in sway, or is told from a scale of thrust and drag by forces there alone."""
 
 
-SCALES_OF_ALL = ("X_udot", "mass")
-"""What only forces in sway tell from a common scale of thrust and drag: to prove it takes a compass that is proven."""
-
-
 def needs_sway(candidate: Candidate) -> bool:
     """True for a candidate that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
     return any(p.symbol in _BY_SWAY or p.axis == 1 or "v" in p.form for p in candidate.parameters)

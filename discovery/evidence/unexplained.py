@@ -71,7 +71,7 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
 def _with_directions(weak: WeakForm, rest: Array) -> Array:
     """A rest (tests, 3) on the axes, and the same to the north and to the east, (tests, 5) [N, N, N m, N, N]."""
     turned = weak.average([np.column_stack([np.cos(m.heading), np.sin(m.heading)]) for m in weak.motions])
-    north, east = (turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), _NEW)).T
+    north, east = (turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), np.finfo(float).tiny)).T
     surge, sway = rest[:, 0], rest[:, 1]
     return np.column_stack([rest, north * surge - east * sway, east * surge + north * sway])
 

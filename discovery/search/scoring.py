@@ -44,8 +44,8 @@ _WITHOUT = 40
 _AT_HAND = 30_000_000
 """Bytes of columns that stay at hand, of a quarter of an hour or so; those of a long log are made again."""
 _CONVERGED = 0.05
-"""Log-likelihood that a Gauss-Newton step gains, below which it is the last: a twentieth of what makes a change of a
-search worth it (the Newton decrement; Boyd and Vandenberghe 2004, section 9.5)."""
+"""Share of the margin of a search that a Gauss-Newton step gains below which it is the last (the Newton decrement; Boyd
+and Vandenberghe 2004, section 9.5): values are by a tenth of their standard error where they would end."""
 _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
 """What the mass matrix is made of, in proportion."""
 
@@ -288,7 +288,7 @@ class Scoring:
             last, moved = refined == self.settings.refinements, vehicle
             if not last:
                 moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            if last or self._gain(linear, fit) < _CONVERGED:
+            if last or self._gain(linear, fit) < _CONVERGED * self.settings.margin:
                 break
             vehicle, error = moved, fit.in_sample
         return State(moved, tuple(active), fit, self.score(fit, chosen))

@@ -278,11 +278,11 @@ def shortfall(log: Log, spans: Sequence[Span], notes: Sequence[str]) -> str | No
 def _check_distinct(logs: tuple[Log, ...]) -> None:
     if not logs:
         raise RequestError("prepare: expected at least one log, got none.")
-    seen: dict[object, Log] = {}
-    for log in logs:
-        for same in (log.path.resolve(), *[channels_digest(log)] * (len(logs) > 1)):
-            other = seen.setdefault(same, log)
-            if other is not log:
+    seen: dict[object, tuple[int, Log]] = {}
+    for place, log in enumerate(logs if len(logs) > 1 else ()):
+        for same in (log.path.resolve(), channels_digest(log)):
+            first, other = seen.setdefault(same, (place, log))
+            if first != place:
                 twice = "is given twice" if other.path == log.path else f"holds the same data as {other.path}"
                 raise RequestError(f"{log.path} {twice}; held-out rows would also be training rows. Give it once.")
 

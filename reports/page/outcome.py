@@ -143,9 +143,10 @@ def settled(findings: Findings, comparison: Comparison) -> bool:
 def headline(findings: Findings, comparison: Comparison) -> str:
     """The verdict in a sentence: that of the findings, where the facts bear it."""
     nothing = findings.verdict == "nothing missing"
-    if findings.verdict == "undecided" and _own_numbers_do(findings, comparison):
-        done = _done_to(hero(findings.steps, comparison.best.horizon))
-        return f"Undecided: no name is likely, yet fitting the file's own numbers {done}."
+    own = f"Fitting the file's own numbers {_done_to(hero(findings.steps, comparison.best.horizon))}."
+    open_yet_fitted = findings.verdict == "undecided" and _own_numbers_do(findings, comparison)
+    if findings.headline and open_yet_fitted and own not in findings.headline:
+        return f"{findings.headline} {own}"
     if findings.headline and (not nothing or settled(findings, comparison)):
         return findings.headline
     if not nothing:
@@ -169,11 +170,12 @@ def headline(findings: Findings, comparison: Comparison) -> str:
 
 
 def _own_numbers_do(findings: Findings, comparison: Comparison) -> bool:
-    """True where the model that is written adds no effect, and its numbers remove most of the error, not by chance."""
-    if not findings.calibrated or findings.added or _chance(findings, comparison):
-        return False
+    """True where the model that is written adds no effect, and its numbers surely remove most of the squared error."""
     led = hero(findings.steps, comparison.best.horizon)
-    return led.after <= (1.0 - MOST) * led.before
+    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", led.metric, led.horizon)
+    surely = told is not None and told.verdict == "better"
+    alone = bool(findings.calibrated) and not findings.added
+    return alone and surely and led.after**2 <= (1.0 - MOST) * led.before**2
 
 
 def section_title(findings: Findings, comparison: Comparison) -> str:

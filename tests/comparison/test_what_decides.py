@@ -257,4 +257,11 @@ def test_of_models_that_differ_by_chance_the_one_that_adds_what_is_surely_missin
     known = best([nominal, less], ["run"])
     assert (known.model, known.grounds) == ("run", Grounds.NONE_BETTER)
     assert re.match(rf"Trust run:{WHAT} it errs 20 {LESS}, which may be chance", known.sentence.replace("\xa0", " "))
+    fitted = (model("calibrated", 6), gusty(0.5, seed=2), None)
+    assert (
+        best([nominal, fitted, (model("run", 9), less[1], None)], ["run"])
+        .sentence.partition(". ")[0]
+        .endswith("until more rows tell, trust run, which adds what is surely missing")
+    )
+    assert best([nominal, (model("calibrated", 6), errors(0.2), None), less], ["run"]).model == "calibrated"
     assert best([nominal, more], ["run"]).model == "nominal", "what is missing hardly matters on these rows"

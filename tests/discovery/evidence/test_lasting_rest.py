@@ -113,6 +113,19 @@ def test_a_force_without_a_name_is_told_before_a_name_that_is_not_likely(monkeyp
         assert "surge quadratic damping" in headline
 
 
+def test_a_force_without_a_name_is_told_of_a_log_in_which_no_name_is_found(monkeypatch: pytest.MonkeyPatch):
+    slight, larger = (
+        OtherForm(axis=axis, follows=follows, force=4.0, share=share, unit="N")
+        for axis, follows, share in (("surge", "u from minute 2 on", 0.01), ("yaw", "the thrust of port", 0.12))
+    )
+    for forms, verdict in (((slight, larger), "undecided"), ((slight,), "nothing missing")):
+        monkeypatch.setattr(discover, "fit_unmodelled_forces", lambda *_, forms=forms: UnmodelledForces(forms))
+        findings = find_missing([world("field")], HULL).findings
+        assert (findings.verdict, findings.missing) == (verdict, ())
+        assert ("part of the yaw moment follows the thrust of port" in findings.headline) == (verdict == "undecided")
+        assert any("stays unexplained, 12" in reason for reason in findings.reasons) == (verdict == "undecided")
+
+
 def test_a_log_that_leaves_a_part_of_its_force_is_not_said_to_miss_nothing(monkeypatch: pytest.MonkeyPatch):
     rest = PersistentResidual(axis="yaw", force=4.2, share=0.31, unit="N m")
     monkeypatch.setattr(discover, "find_persistent_residuals", lambda *_: (rest,))

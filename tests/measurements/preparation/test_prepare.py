@@ -196,6 +196,9 @@ def test_no_log_and_the_same_log_twice_are_refused():
         prepare([], TWIN)
     with pytest.raises(ValueError, match="is given twice; held-out rows would also be training rows"):
         prepare([circle(TIME), circle(TIME)], TWIN)
+    same = circle(TIME)
+    with pytest.raises(ValueError, match="is given twice"):
+        prepare([same, same], TWIN)
     copied = replace(circle(TIME), path=Path("copy.csv"))
     with pytest.raises(ValueError, match="copy.csv holds the same data as .*; held-out rows would also be training"):
         prepare([circle(TIME), copied], TWIN)
