@@ -246,3 +246,37 @@ def test_what_is_slight_beside_the_force_at_work_is_left_to_the_force_balance():
     assert not search.leaves_more_than_slight(four)
     assert search.leaves_more_than_slight(six)
     assert not search.leaves_more_than_slight(np.square(search.noise_error))
+
+
+def test_a_step_that_gains_next_to_nothing_is_the_last(monkeypatch: pytest.MonkeyPatch):
+    """Where the fit is, columns are taken once; far from it as often as it takes, and the value is the optimum's."""
+    search, taken = searched(world({"surge_quadratic_damping": -20.0, "thruster_lag": 0.4})), []
+    linearise = search.linearise
+    monkeypatch.setattr(search, "linearise", lambda *args, **more: (taken.append(1), linearise(*args, **more))[1])
+    found = search.evaluate(HULL.with_values({"lag": 0.2}), ("surge_quadratic_damping", "thruster_lag"))
+    far, value = len(taken), found.vehicle.value("X_uu")
+    again = search.evaluate(found.vehicle, found.active)
+    assert (len(taken) - far, far > 1) == (1, True)
+    assert again.vehicle.value("X_uu") == pytest.approx(value, rel=1e-3)
+    assert again.score == pytest.approx(found.score, abs=0.05)
+
+
+@pytest.mark.parametrize("rolls", [True, False])
+def test_no_few_terms_are_searched_for_where_all_of_them_leave_structure(monkeypatch: pytest.MonkeyPatch, rolls: bool):
+    basis = choose_balance([world({"surge_quadratic_damping": -20.0}, duration=60.0)], HULL, DiscoverySettings())
+    asked: list[int] = []
+    searched_again = selection._with_terms
+    monkeypatch.setattr(selection, "has_residual_structure", lambda *_: True)
+    monkeypatch.setattr(Search, "leaves_more_than_slight", lambda *_: True)
+    monkeypatch.setattr(selection, "_rolling", lambda *_: basis if rolls else None)
+    monkeypatch.setattr(selection, "_with_terms", lambda *args: (asked.append(1), searched_again(*args))[1])
+    fit = selection.search_forces(basis, lambda _: None)
+    assert (bool(asked), fit.beyond_terms, fit.rolling is basis) == (not rolls, rolls, rolls)
+    if rolls:
+        assert not fit.search.of_kind(fit.names, Kind.TERM)
+
+
+def test_where_a_log_shows_a_sum_of_two_numbers_both_are_told():
+    headline = find_missing([world({"yaw_added_mass": -0.8 * HULL.inertia_z})], HULL).findings.headline
+    assert headline.startswith("The file's N_rdot (about ")
+    assert headline.endswith("; or inertia_z, for a log shows inertia_z - N_rdot alone) is off.")
