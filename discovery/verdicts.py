@@ -378,7 +378,10 @@ def _undecided(
         if any(f.effect not in told_of for f in in_play):
             reasons.insert(0, f"It may be {listing([words(f.key) for f in in_play], 'or')}.")
     else:
-        told = f"part of the force in {listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))} has no name"
+        axes = listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))
+        told = f"part of the force in {axes} has no name"
+        if g.persistent and g.persistent[0].axis not in AXES:
+            told = f"part of the force keeps to {axes}, whichever way the hull points, and has no name"
         return f"Undecided: {told}. {passing}".strip(), tuple(rests)
     return f"Undecided: {told}.", tuple(reasons)
 

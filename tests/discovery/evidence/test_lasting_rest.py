@@ -113,6 +113,15 @@ def test_a_force_without_a_name_is_told_before_a_name_that_is_not_likely(monkeyp
         assert "surge quadratic damping" in headline
 
 
+def test_a_force_that_keeps_to_a_side_of_the_world_is_told_as_one(monkeypatch: pytest.MonkeyPatch):
+    rest = PersistentResidual(axis="east-west", force=4.2, share=0.31, unit="N")
+    monkeypatch.setattr(discover, "find_persistent_residuals", lambda *_: (rest,))
+    findings = find_missing([world()], HULL).findings
+    assert findings.headline == (
+        "Undecided: part of the force keeps to east-west, whichever way the hull points, and has no name."
+    )
+
+
 def test_a_force_without_a_name_is_told_of_a_log_in_which_no_name_is_found(monkeypatch: pytest.MonkeyPatch):
     slight, larger = (
         OtherForm(axis=axis, follows=follows, force=4.0, share=share, unit="N")
