@@ -156,8 +156,9 @@ def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
     if compass.sound:
         return CorrectedMotions(tuple(motions), 0.0, False, ())
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
-    logs = {motion.source: [m for m in motions if m.source == motion.source] for motion in motions}
-    deviates = compass.plain or (len(logs) > 1 and any(compass_shown(own).plain for own in logs.values()))
+    logs = {motion.source for motion in motions}
+    apart = ([m for m in motions if m.source == log] for log in logs) if len(logs) > 1 else ()
+    deviates = compass.plain or any(compass_shown(own).plain for own in apart)
     judged = [
         *(["heading and velocities are corrected"] if compass.plain else []),
         *(["in one of the logs it does deviate"] if deviates and not compass.plain else []),

@@ -11,7 +11,7 @@ from ..physics.presentation import listing, sentence_case, words
 from ..physics.vehicle import Vehicle
 from .balance.shooting import TRIFLE
 from .balance.starts import WHOLE_HORIZON
-from .candidates.candidate import Candidate, Kind, measurable
+from .candidates.candidate import Candidate, Kind, measurable, needs_sway
 from .claims import Tests
 from .effect_findings import (
     LIKELY,
@@ -53,7 +53,7 @@ _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] that rounding makes in a noise-free log of a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
-_BESIDE = {"N_rdot": "; or inertia_z, for a log shows inertia_z - N_rdot alone"}
+_SUMS = {"N_rdot": "; or inertia_z, for a log shows inertia_z - N_rdot alone"}
 """What else of the file may be off where a number seems to be."""
 _STILL = "Undecided: the forces at work are hardly more than what sensor noise makes, so this log can tell nothing."
 
@@ -350,6 +350,8 @@ def _headline(g: VerdictInputs, findings: Findings, in_play: Sequence[EffectFind
     if findings.verdict == "undecided":
         return _undecided(g, findings, in_play, rests)
     unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
+    judged_not = {e.key for e in g.evidence if e.unjudged}
+    unjudged += ["laws of sway"] * any(needs_sway(c) for c in g.unseen if c.key in judged_not)
     if unjudged:
         text = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
         return text, tuple(rests)
@@ -408,7 +410,7 @@ def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, 
     off = {f.key: _file_numbers(f, nominal) for f in said}
     new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
     numbers = [
-        f"{symbol} (about {value:.3g}, not {filed:.3g}{_BESIDE.get(symbol, '')})"
+        f"{symbol} (about {value:.3g}, not {filed:.3g}{_SUMS.get(symbol, '')})"
         for own in off.values()
         for symbol, value, filed in own
     ]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...measurements.statistics.blocks import block_draws
 from ...physics.momentum_balance import mass_matrix
-from ...physics.motion import AXES, FORCE_UNITS, Array
+from ...physics.motion import AXES, FORCE_UNITS, Array, body_to_earth
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.starts import HORIZON
@@ -70,10 +70,8 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
 
 def _with_directions(weak: WeakForm, rest: Array) -> Array:
     """A rest (tests, 3) on the axes, and the same to the north and to the east, (tests, 5) [N, N, N m, N, N]."""
-    turned = weak.average([np.column_stack([np.cos(m.heading), np.sin(m.heading)]) for m in weak.motions])
-    north, east = (turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), np.finfo(float).tiny)).T
-    surge, sway = rest[:, 0], rest[:, 1]
-    return np.column_stack([rest, north * surge - east * sway, east * surge + north * sway])
+    turned = weak.average([np.column_stack([np.sin(m.heading), np.cos(m.heading)]) for m in weak.motions])
+    return np.column_stack([rest, *body_to_earth(np.arctan2(*turned.T), rest[:, 0], rest[:, 1])])
 
 
 def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:

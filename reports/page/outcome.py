@@ -143,10 +143,9 @@ def settled(findings: Findings, comparison: Comparison) -> bool:
 def headline(findings: Findings, comparison: Comparison) -> str:
     """The verdict in a sentence: that of the findings, where the facts bear it."""
     nothing = findings.verdict == "nothing missing"
-    own = f"Fitting the file's own numbers {_done_to(hero(findings.steps, comparison.best.horizon))}."
-    open_yet_fitted = findings.verdict == "undecided" and _own_numbers_do(findings, comparison)
-    if findings.headline and open_yet_fitted and own not in findings.headline:
-        return f"{findings.headline} {own}"
+    if findings.headline and findings.verdict == "undecided" and _own_numbers_do(findings, comparison):
+        own = f" Fitting the file's own numbers {_done_to(hero(findings.steps, comparison.best.horizon))}."
+        return f"{findings.headline.removesuffix(own)}{own}"
     if findings.headline and (not nothing or settled(findings, comparison)):
         return findings.headline
     if not nothing:
@@ -171,11 +170,11 @@ def headline(findings: Findings, comparison: Comparison) -> str:
 
 def _own_numbers_do(findings: Findings, comparison: Comparison) -> bool:
     """True where the model that is written adds no effect, and its numbers surely remove most of the squared error."""
+    if not (findings.steps and findings.calibrated) or findings.added:
+        return False
     led = hero(findings.steps, comparison.best.horizon)
     told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", led.metric, led.horizon)
-    surely = told is not None and told.verdict == "better"
-    alone = bool(findings.calibrated) and not findings.added
-    return alone and surely and led.after**2 <= (1.0 - MOST) * led.before**2
+    return told is not None and told.verdict == "better" and led.after**2 <= (1.0 - MOST) * led.before**2
 
 
 def section_title(findings: Findings, comparison: Comparison) -> str:

@@ -309,3 +309,10 @@ def test_a_compass_that_deviates_in_one_log_of_several_deviates(
     assert not correct_compass(logs[::2]).deviates
     off = replace(off, explained=0.6)
     assert not correct_compass(logs).deviates, "by chance short logs deviate"
+
+
+def test_nothing_is_missing_is_not_said_of_sway_beside_a_compass_that_deviates(nominal: Vehicle) -> None:
+    log = deviated(white(driven(nominal, 10.0, 6, both=True, rows=3000), 5), 1.0, 3.0, 7.0)
+    findings = find_missing([log], nominal).findings
+    told = "Nothing material is missing that this log can show; laws of sway could not be judged."
+    assert (findings.verdict, findings.headline) == ("nothing missing", told)
