@@ -45,7 +45,7 @@ _AT_HAND = 30_000_000
 """Bytes of columns that stay at hand, of a quarter of an hour or so; those of a long log are made again."""
 _CONVERGED = 0.05
 """Share of the margin of a search that a Gauss-Newton step gains below which it is the last (the Newton decrement; Boyd
-and Vandenberghe 2004, section 9.5). At half and at twice no name and no odds change (`benchmarks/steady_numbers.py`)."""
+and Vandenberghe 2004, section 9.5). At half and at twice no name and no odds change: `benchmarks/steady_numbers.py`."""
 _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
 """What the mass matrix is made of, in proportion."""
 
