@@ -1,6 +1,6 @@
 """How quick, how honest and how watchful `undertow adapt` is while a log grows.
 
-    python benchmarks/following.py [--worlds N] [--minutes M] [--seeds tuning|reporting]
+    python benchmarks/following.py [--worlds N] [--minutes M] [--seeds tuning|reporting] [--network KIND]
 
 Each world is a random sister of a shipped vehicle that drives the rich programme under field noise. The nominal model
 is the hull, exactly, or with every damping and added mass wrong by up to a tenth; what is followed is the default,
@@ -14,13 +14,20 @@ damping and the scale of each thruster, after a run-in of a minute.
   world, as a rehearsal does with those of the run-in.
 - *Changes*: from four minutes on, a thruster gives 30 % less, or the drag ahead grows by half, or by 15 %. Late is the
   time from the change to the alarm, right an alarm that names the parameter, or one that the rows cannot tell from it.
+- *A network*, with --network alone: one is trained on 5 min of a hull with two couplings and twice the quadratic drag
+  that the file has; at three minutes of another log a coupling doubles, and in half of the logs the other falls to
+  0.4 of it. Thrusters and the last layer are followed: its gains, and so many directions beside. Error is the largest
+  over the axes of the force that is left from a minute after the change on, over the noise of a row.
 
 Seeds of tuning and of reporting are apart; constants were chosen with the first.
 """
 
 import argparse
 import time
+from functools import partial
 from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -139,6 +146,44 @@ def changed(seed: int, wrong: float, factors: dict[str, float]) -> tuple[float, 
     return first.time - CHANGES, bool({first.symbol, *first.alike} & set(named))
 
 
+def by_network(seed: int, kind: str) -> list[tuple[str, float, float, str]]:
+    """By what is followed and changes: force left as trained and as followed, over the noise, and the first alarm."""
+    from undertow.residuals.models.last_layer import LastLayer
+    from undertow.workflows.inputs import read_inputs
+    from undertow.workflows.train import choice_of, train
+
+    hull, _ = hull_of(seed, 0.0)
+    mass = hull.value("mass")
+    drag = {symbol: 2.0 * hull.value(symbol) for symbol in ("X_uu", "N_rr")}
+
+    def coupled(first: float, second: float) -> Vehicle:
+        return hull.with_values(drag | {"X_vr": 2.0 * first * mass, "N_uv": 0.5 * second * mass})
+
+    with TemporaryDirectory() as folder:
+        log = World(coupled(1.0, 1.0), "rich", 300.0, seed).run(NOISE["field"]).write(Path(folder) / "log.csv")
+        model = train(read_inputs(log, hull, progress=None), choice_of(None, kind), progress=None).model
+    found = []
+    for change in ((2.0, 1.0), (2.0, 0.4)):
+        world = World(coupled(1.0, 1.0), "rich", 360.0, seed + 100, becomes=coupled(*change), changes_at=180.0)
+        motion = world.run(NOISE["field"]).motion()
+        first = motion.slice(0, round(RUN_IN / motion.time_step))
+        pool = candidates_to_follow(hull, ("thruster_asymmetry",), [motion])
+        for count in LAYERS:
+            carrying = None if count is None else partial(LastLayer, model, [first], directions=count)
+            known = learn_prior([first], hull, pool, AdaptSettings(), carrying)
+            updates = Follower(known, rehearsed_watch([first], known, AlarmSettings())).take(motion)
+            late = [u for u in updates if u.time > 240.0]
+            was, now = (np.sqrt(np.mean([getattr(u, e) ** 2 for u in late], axis=0)) for e in ("before", "error"))
+            alarms = [u.alarm for u in updates if u.alarm is not None]
+            told = f"{alarms[0].symbol} {alarms[0].time - 180.0:+.0f} s" if alarms else "none"
+            found.append(
+                (f"{change} {count}", float((was / known.noise).max()), float((now / known.noise).max()), told)
+            )
+    return found
+
+
+LAYERS = (None, 0, 2, 4, 8)
+"""Directions that are followed beside the gains; None: no layer at all."""
 KINDS = {
     "a thruster 30 % weaker": {"THRUSTER_scale": 0.7},
     "drag ahead 50 % more": {"X_u": 1.5, "X_uu": 1.5},
@@ -151,9 +196,18 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=20)
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--seeds", choices=tuple(FIRST), default="tuning")
+    parser.add_argument("--network", help="kind of network whose last layer is followed; nothing else is then run")
     asked = parser.parse_args()
     collect_seldom()  # as the command line does
     first = FIRST[asked.seeds]
+    if asked.network:
+        print(f"| {asked.network}: couplings become, directions | left as trained | as followed | first alarms |")
+        print("| --- | --- | --- | --- |")
+        every = [by_network(seed, asked.network) for seed in range(first, first + asked.worlds)]
+        for rows in zip(*every, strict=True):
+            was, now = (np.median([row[k] for row in rows]) for k in (1, 2))
+            print(f"| {rows[0][0]} | {was:.1f} | {now:.1f} | {', '.join(row[3] for row in rows)} |", flush=True)
+        return
     print(f"| an update, row by row (limit {LIMIT:g} ms) | median [ms] | 99 % [ms] | worst [ms] |")
     print("| --- | --- | --- | --- |")
     for name, more in (("damping and thrusters", ()), ("and couplings", COUPLED)):

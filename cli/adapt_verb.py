@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..measurements.log_options import Reading
 from .console import complain, prose, say, say_written, tell_replaced
-from .options import FORCE, JSON, SEED, UNREPAIRED_READING, VEHICLE, VEHICLE_OUT, argument, check_files, option
+from .options import FORCE, JSON, SEED, UNREPAIRED_READING, VEHICLE, argument, check_files, option
 
 if TYPE_CHECKING:
     from ..discovery.calibration.following import Update
@@ -26,7 +26,10 @@ def adapt(
     like: Path | None = option("--like", "Earlier log of this boat that tells them instead.", metavar="LOG"),
     alarm_hours: float = option("--alarm-hours", "Hours under way in which one false alarm may be expected.", 24.0),
     every: float = option("--every", "Time in the log between two rows that are printed.", 1.0, metavar="SECONDS"),
-    out: Path | None = VEHICLE_OUT,
+    network: Path | None = option(
+        "--network", "Follow the last layer of this network of the vehicle, too.", metavar="FOLDER"
+    ),
+    out: Path | None = option("--out -o", "Vehicle file to write; with --network, the network's new folder."),
     values: Path | None = option("--values", "CSV of the rows that are printed."),
     force: bool = FORCE,
     seed: int = SEED,
@@ -44,12 +47,17 @@ def adapt(
         raise RequestError(f"adapt: expected --every above 0 s, got {every:g} s")
     settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
     boat = load_vehicle(vehicle)
-    targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
-    earlier = check_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
+    targets = [("--out", "adapt", None if network else out), ("--values", "adapt --values", values)]
+    reads = (Path(log), vehicle, reading.channel_map, like)
+    if network is not None and out is not None:
+        from ..workflows.train import check_folder
+
+        check_folder(out, False, ([Path(log)], vehicle, reading.channel_map), force=force)
+    earlier = check_files(targets, (*reads, network), force=force)
     screen: _Screen | None = None
     stopped: KeyboardInterrupt | LogError | None = None
     try:
-        for event in follow_live(log, boat, effect or (), reading, settings, like):
+        for event in follow_live(log, boat, effect or (), reading, settings, like, network):
             if isinstance(event, Note):
                 complain(f"  {event.text}")
             elif isinstance(event, Begun):
@@ -61,7 +69,7 @@ def adapt(
     except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly
         stopped = error
     if screen is not None and screen.last is not None:
-        screen.write(boat, out, values)
+        screen.write(log, boat, out, values, force=force)
         tell_replaced(earlier)
         screen.end(out, values)
     if stopped is not None:
@@ -87,7 +95,7 @@ class _Screen:
             f"allowed, for noise like that{wider}"
         )
         if not self._json:
-            for text in heading(begun.symbols, begun.units):
+            for text in heading(begun.symbols[: begun.watched], begun.units):
                 print(text)
 
     def tell(self, update: "Update") -> None:
@@ -105,7 +113,7 @@ class _Screen:
             print(strict_json(followed_row(update, self._begun.symbols), None), flush=True)
         elif not self._json:
             if due:
-                print(row(update))
+                print(row(update, self._begun.watched))
             if alarm is not None:
                 unit = self._begun.units[self._begun.symbols.index(alarm.symbol)]
                 say("")
@@ -113,7 +121,7 @@ class _Screen:
             sys.stdout.flush()
         self._alarms += alarm is not None
 
-    def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
+    def write(self, log: str, boat: "Vehicle", out: Path | None, values: Path | None, *, force: bool) -> None:
         from ..physics.files import on_top, write_text
         from ..physics.presentation import number
         from ..physics.sources import with_sources
@@ -122,11 +130,21 @@ class _Screen:
         if self.last is None:
             return
         if out is not None:
-            now = dict(zip(self._begun.symbols, self.last.values.tolist(), strict=True))
-            wide = zip(self._begun.symbols, (CI * self.last.deviation).tolist(), strict=True)
+            layer = self._begun.network
+            own = len(self.last.values) - (0 if layer is None else len(layer.symbols))
+            now = dict(zip(self._begun.symbols[:own], self.last.values.tolist(), strict=False))
+            wide = zip(now, (CI * self.last.deviation).tolist(), strict=False)
             marks = {symbol: f"95 % within {number(half, 2)} of it" for symbol, half in wide}
             found = boat.with_values(now, name=f"{boat.name}, followed")
-            with_sources(boat, found, "followed by undertow adapt", marks).save(out, by="adapt")
+            found = with_sources(boat, found, "followed by undertow adapt", marks)
+            if layer is None:
+                found.save(out, by="adapt")
+            else:
+                from ..residuals.models.model_files import save_network
+
+                logs = {} if log == "-" else {"logs": [Path(log).name]}
+                made = layer.adapted(self.last.values[own:], found)
+                save_network(made, out, {"by": "undertow adapt", **logs}, force=force)
         if values is not None:
             text = "\n".join([table_heading(self._begun.symbols), *self._rows, ""])
             write_text(values, on_top("adapt --values", text))
@@ -137,5 +155,6 @@ class _Screen:
         say("")
         ends = "no alarm" if not self._alarms else f"{self._alarms} alarm{'s' * (self._alarms > 1)}"
         say(f"{self._updates} updates, {self._excited} of them under way; {ends}.")
-        say("No vehicle is written without --out." if out is None else f"Vehicle as it was followed: {out}")
+        what = "Vehicle" if self._begun.network is None else "Network, with its vehicle,"
+        say("No vehicle is written without --out." if out is None else f"{what} as it was followed: {out}")
         say_written({"Values": values})

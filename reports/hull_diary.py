@@ -182,6 +182,8 @@ def plain(parameter: str) -> str:
     >>> plain("thrusters.port.scale"), plain("X_uu"), plain("Y_vdot")
     ('thrust of port', 'quadratic drag ahead', 'Y_vdot')
     """
+    if parameter.startswith("net_"):
+        return f"the network's force in {parameter.removeprefix('net_')}"
     if parameter.endswith("scale"):
         name = parameter.removesuffix("scale").strip("._").removeprefix("thrusters.")
         return f"thrust of {name}" if name else "thrust"
@@ -316,13 +318,13 @@ _WIDE, _TIME = 13, 9
 
 def heading(symbols: Sequence[str], units: Sequence[str]) -> tuple[str, str]:
     """The lines above the rows: what is followed, and its units."""
-    told = [unit_text(unit) for unit in units]
+    told = [unit_text(unit) for unit in units[: len(symbols)]]
     return f"{'t':>{_TIME}}" + _cells(symbols), f"{'s':>{_TIME}}" + _cells(told)
 
 
-def row(update: Update) -> str:
-    """The values of an update, each with half of its 95 % interval; a mark where the row told nothing."""
-    pairs = zip(update.values.tolist(), update.deviation.tolist(), strict=True)
+def row(update: Update, count: int) -> str:
+    """The first `count` values of an update, each with half of its 95 % interval; a mark where the row told nothing."""
+    pairs = zip(update.values[:count].tolist(), update.deviation[:count].tolist(), strict=True)
     cells = _cells([f"{number(value)}±{number(CI * wide, 2)}" for value, wide in pairs])
     return f"{update.time:>{_TIME}.1f}{cells}" + ("" if update.excited else "  at rest")
 

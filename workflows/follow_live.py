@@ -2,7 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..discovery.calibration import following
 from ..discovery.calibration.change_watch import AlarmSettings
@@ -13,10 +16,15 @@ from ..measurements.inspection import examine, inspect_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
-from ..physics.errors import LogError, RequestError
+from ..physics.errors import LogError, RequestError, listed
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inputs import read_motions, refuse_broken_logs
+from .whole_answer import NETWORK
+
+if TYPE_CHECKING:
+    from ..residuals.models.last_layer import LastLayer
+    from ..residuals.models.network_model import NetworkModel
 
 LEAST_RUN_IN = 20.0
 """Shortest run-in [s]: what any verb asks of a log."""
@@ -72,14 +80,18 @@ class Begun:
     Attributes
     ----------
     symbols, units : of what is followed
+    watched : how many of these, the first, ring when they change
     seconds : of motion from which noise and size of the forces are known
     widening : of the variance of the noise, rehearsed for the watch
+    network : whose last layer is followed, after the numbers of the vehicle; None for none
     """
 
     symbols: tuple[str, ...]
     units: tuple[str, ...]
+    watched: int
     seconds: float
     widening: float
+    network: "LastLayer | None" = None
 
 
 @single_threaded
@@ -90,6 +102,7 @@ def follow_live(
     reading: Reading = AS_GUESSED,
     settings: LiveSettings | None = None,
     like: PathLike | None = None,
+    network: PathLike | None = None,
 ) -> Iterator[Note | Begun | Update]:
     """Follow parameters along a CSV log that may still be written, or that comes from standard input (`-`).
 
@@ -97,6 +110,7 @@ def follow_live(
     ----------
     effects : see `adapt`; default: the damping that stands in the vehicle, and the scale of each thruster
     like : an earlier log of this boat, from which noise and size of the forces are learned in the place of a run-in
+    network : folder of a network that corrects this vehicle, or of a run with one, whose last layer is followed, too
 
     Yields
     ------
@@ -106,13 +120,14 @@ def follow_live(
     Raises
     ------
     LogError, RequestError
-        when the log cannot be read or used, is known to be broken, or ends before the run-in; when effects cannot be
-        followed; when the log is to be repaired, which takes all of it.
+        when the log cannot be read or used, is known to be broken, or ends before the run-in; when effects or a network
+        cannot be followed; when the log is to be repaired, which takes all of it.
     """
     if reading.fix:
         raise RequestError("adapt: a log that grows cannot be repaired in memory; 'inspect --fix' repairs a whole one")
     settings, names = settings or LiveSettings(), tuple(effects) or following.followed_by_default(vehicle)
     following.candidates_to_follow(vehicle, names)  # before the log is waited for
+    model = None if network is None else _network_of(network, vehicle)
     lines = growing_lines(log, settings.follow, settings.idle)
     growing = GrowingLog("standard input" if log == STDIN else log, vehicle, reading, settings.adapt.weak.stride)
     past = None if like is None else read_motions(like, vehicle, reading)[1]
@@ -136,7 +151,7 @@ def follow_live(
             seconds = sum(motion.duration for motion in past or gathered)
             if not gathered or (not past and seconds < settings.run_in - _SLACK):
                 continue
-            made = _made(past or gathered, vehicle, names, settings)
+            made = _made(past or gathered, vehicle, names, settings, model)
             if made is None:
                 yield Note(f"t = {gathered[-1].time[-1]:.1f} s: {_QUIET}")
                 gathered = []
@@ -157,13 +172,40 @@ def follow_live(
 
 
 def _made(
-    motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str], settings: LiveSettings
+    motions: Sequence[Motion],
+    vehicle: Vehicle,
+    names: Sequence[str],
+    settings: LiveSettings,
+    model: "NetworkModel | None",
 ) -> tuple[Follower, Begun] | None:
     """A follower that knows what a run-in tells; None where the boat was hardly under way."""
-    pool = following.candidates_to_follow(vehicle, names, motions)
-    known = following.learn_prior(motions, vehicle, pool, settings.adapt)
+    pool, layer = following.candidates_to_follow(vehicle, names, motions), None
+    if model is None:
+        known = following.learn_prior(motions, vehicle, pool, settings.adapt)
+    else:
+        from ..residuals.models.last_layer import LastLayer
+
+        known = following.learn_prior(motions, vehicle, pool, settings.adapt, partial(LastLayer, model, motions))
+        layer = known.carried if isinstance(known.carried, LastLayer) else None
     watch = following.rehearsed_watch(motions, known, settings.alarm)
     if watch is None:
         return None
     follower = Follower(known, watch)
-    return follower, Begun(follower.symbols, follower.units, known.seconds, watch.widening)
+    return follower, Begun(follower.symbols, follower.units, known.watched, known.seconds, watch.widening, layer)
+
+
+def _network_of(folder: PathLike, vehicle: Vehicle) -> "NetworkModel":
+    """The network of a folder, or of a run in it, that corrects a vehicle."""
+    from ..residuals.models.model_files import load_network
+    from ..residuals.models.neural import is_network_folder
+
+    place = Path(folder)
+    model = load_network(place if is_network_folder(place) else place / NETWORK)
+    own, given = model.vehicle.values, vehicle.values
+    apart = [s for s in sorted(own.keys() | given.keys()) if own.get(s) != given.get(s)]
+    if apart:
+        raise RequestError(
+            f"adapt --network {folder}: expected the vehicle that this network corrects, got {vehicle.name}, which "
+            f"differs in {listed(apart)}; give --vehicle the file or the run folder that it was trained with"
+        )
+    return model

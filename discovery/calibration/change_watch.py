@@ -184,10 +184,10 @@ class ChangeWatch:
     """
 
     def __init__(self, known: AdaptationPrior, settings: AlarmSettings, widening: float) -> None:
-        self._known, self._amounts, self._share = known, known.amounts, known.settings.share
+        self._known, self._amounts, self._share = known, known.amounts[: known.watched], known.settings.share
         self._rows, self._settings = rows_of(settings, known), settings
         self.widening = widening
-        self._detector = Detector(known.amounts, widening)
+        self._detector = Detector(self._amounts, widening)
         self._begins: dict[int, float] = {}
         self._block()
 
@@ -207,7 +207,7 @@ class ChangeWatch:
         """
         if not self._taken:
             self._begins[self._detector.count] = time
-        moved = columns * self._amounts
+        moved = columns[:, : self._amounts.size] * self._amounts
         self._information += self._share * moved.T @ moved
         self._score += self._share * (moved.T @ balance)[:, None]
         self._squares, self._numbers = self._squares + float(balance @ balance), self._numbers + balance.size
@@ -309,12 +309,12 @@ class SurrogateRuns:
     def __init__(
         self, columns: Array, balance: Array, known: AdaptationPrior, settings: AlarmSettings, runs: int | None = None
     ) -> None:
-        rows, share, amounts = rows_of(settings, known), known.settings.share, known.amounts
+        rows, share, amounts = rows_of(settings, known), known.settings.share, known.amounts[: known.watched]
         blocks, p = len(columns) // rows, amounts.size
         self._amounts, self._threshold = amounts, settings.threshold
         self.runs = runs or int(np.clip(np.ceil(_BUDGETS * settings.threshold / _BLOCKS), *_RUNS))
         self.hours = self.runs * _BLOCKS * settings.block / 3600.0
-        moved = (columns * amounts)[: blocks * rows].reshape(blocks, rows * 3, p)
+        moved = (columns[:, :, :p] * amounts)[: blocks * rows].reshape(blocks, rows * 3, p)
         force = balance[: blocks * rows].reshape(blocks, rows * 3)
         squares = share * np.einsum("bki,bkj->bij", moved, moved)
         level = np.linalg.solve(squares.sum(axis=0) + 0.01 * np.eye(p), share * np.einsum("bki,bk->i", moved, force))

@@ -1,13 +1,15 @@
 """Online adaptation: parameters followed row by row as motion comes in, or along a whole log without looking ahead.
 
 Rows are those of the weak form: a test function that ends now gives the missing force, its columns the force of each
-parameter. Only effects in which the force is linear are followed. The noise of a row comes from a stretch of motion,
-the plausible change of a parameter from trials simulated on the vehicle.
+parameter. Only effects in which the force is linear are followed, and the last layer of a network beside them
+(as O'Connell et al. 2022, doi:10.1126/scirobotics.abm6597, do). The noise of a row comes from a stretch of
+motion, the plausible change of a parameter from trials simulated on the vehicle.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from ...measurements.statistics.processors import single_threaded
 from ...physics.effects import effect_named
 from ...physics.errors import RequestError, expect
 from ...physics.laws.damping_power import Envelope, envelope_of
+from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle, lacking
 from ..balance.weak_form import WeakForm
@@ -24,7 +27,7 @@ from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings
 from .change_watch import Alarm, AlarmSettings, ChangeWatch, calibrate_widening
-from .forgetting_fit import AdaptationPrior, AdaptSettings, ForgettingFit
+from .forgetting_fit import AdaptationPrior, AdaptSettings, Carried, ForgettingFit
 
 _DAMPING = "_damping"
 """How the names of the effects of damping on an axis end."""
@@ -117,7 +120,11 @@ class Update:
 
 
 def learn_prior(
-    motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings
+    motions: Sequence[Motion],
+    vehicle: Vehicle,
+    pool: Sequence[Candidate],
+    settings: AdaptSettings,
+    carrying: Callable[[Array], Carried] | None = None,
 ) -> AdaptationPrior:
     """Learn the noise of a row and the size of the forces from motions, and what change is plausible from trials.
 
@@ -127,6 +134,7 @@ def learn_prior(
     vehicle : the model before anything changes
     pool : the candidates that are followed
     settings : of the adaptation
+    carrying : makes a correction whose parameters are followed beside them, given the noise of a row (3,)
 
     Raises
     ------
@@ -138,8 +146,10 @@ def learn_prior(
     amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
     noise = np.sqrt(search.noise_error**2 + search.floor)
     each = np.array([amount for candidate in pool for amount in amounts[candidate.key]])
+    carried = None if carrying is None else carrying(noise)
+    each = each if carried is None else np.append(each, carried.amounts)
     seconds = sum(motion.duration for motion in motions)
-    return AdaptationPrior(vehicle, tuple(pool), settings, noise, each, envelope_of(motions, vehicle), seconds)
+    return AdaptationPrior(vehicle, tuple(pool), settings, noise, each, envelope_of(motions, vehicle), seconds, carried)
 
 
 class TestedRows:
@@ -150,13 +160,18 @@ class TestedRows:
     vehicle : the model at the start
     pool : candidates whose parameters are followed
     settings : test functions
+    carried : a correction whose parameters are followed, too: their columns come after those of the pool
     """
 
-    def __init__(self, vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings) -> None:
-        self._vehicle, self._pool = vehicle, tuple(pool)
+    def __init__(
+        self, vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings, carried: Carried | None = None
+    ) -> None:
+        self._vehicle, self._pool, self._carried = vehicle, tuple(pool), carried
         self._settings = replace(settings.weak, copies=0, blocks=1)
         self._tail: Motion | None = None
         self._like: WeakForm | None = None
+        self._memory: Any = None
+        self._forces = np.zeros((0, 3, 0))
 
     def of(self, motion: Motion) -> tuple[Array, Array, Array]:
         """Rows that are known with the next motion, whether it goes on where the last one ended or begins anew.
@@ -171,18 +186,33 @@ class TestedRows:
         if self._tail is not None:
             late = motion.time[0] - self._tail.time[-1] - motion.time_step
             whole = self._tail.followed_by(motion) if abs(late) < 0.01 * motion.time_step else motion
+        forces = self._carried_forces(whole, whole.time.size - motion.time.size)
         half = max(2, round(self._settings.half_width / whole.time_step))
         stride = max(1, round(self._settings.stride / whole.time_step))
         count = len(range(half, whole.time.size - half, stride))
         left = whole.time.size - count * stride
         self._tail = whole.slice(count * stride, whole.time.size) if count and left > 1 else None if count else whole
-        size = sum(len(candidate.parameters) for candidate in self._pool)
+        self._forces = forces[count * stride :]
+        size = sum(len(candidate.parameters) for candidate in self._pool) + forces.shape[2]
         if not count:
             return np.zeros(0), np.zeros((0, 3, size)), np.zeros((0, 3))
         weak = self._like = WeakForm([whole], self._settings, like=self._like)
         linear = Linearisation(weak, self._vehicle, self._vehicle, self._pool, ())
         free = [index for c in self._pool for index in linear.options[c.key][1].free]
-        return weak.time + self._settings.half_width, linear.columns[:, :, free], linear.columns[:, :, -1]
+        columns, balance = linear.columns[:, :, free], linear.columns[:, :, -1]
+        if self._carried is not None:
+            more = weak.average([forces.reshape(len(forces), -1)]).reshape(len(columns), 3, -1)
+            columns, balance = np.concatenate([columns, more], axis=2), balance - more @ self._carried.start
+        return weak.time + self._settings.half_width, columns, balance
+
+    def _carried_forces(self, whole: Motion, known: int) -> Array:
+        """Force of a unit of each parameter that is carried along the rows of a motion, of which some are known."""
+        if self._carried is None:
+            return np.zeros((whole.time.size, 3, 0))
+        memory = self._memory if known else None
+        added, self._memory = self._carried.along(whole, whole.time.size - known, memory)
+        force = np.einsum("ij,njq->niq", mass_matrix(self._vehicle), added)
+        return np.concatenate([self._forces, force]) if known else force
 
 
 class Follower:
@@ -201,26 +231,28 @@ class Follower:
     def __init__(self, known: AdaptationPrior, watch: ChangeWatch | None = None) -> None:
         parameters, vehicle, settings = known.parameters, known.vehicle, known.settings
         self.symbols = known.symbols
-        self.units = tuple(p.unit for p in parameters)
+        self.units = (*(p.unit for p in parameters), *["1"] * (len(self.symbols) - len(parameters)))
         self._known, self._watch = known, watch
         held = held_parameters(vehicle, self.symbols)
         self._deviation = settings.held * np.abs([vehicle.value(c.symbols[0]) for c in held])
-        start = known.start
+        start = known.start[: len(parameters)]
         self._limits = (
             np.minimum([p.lower for p in parameters], start),
             np.maximum([p.upper for p in parameters], start),
         )
         self._prior = settings.prior * known.amounts
-        self._rows = TestedRows(vehicle, (*known.pool, *held), settings)
+        self._rows = TestedRows(vehicle, (*known.pool, *held), settings, known.carried)
         import_module("scipy.ndimage")  # which an envelope that grows may ask for: no update waits until it is loaded
         self._hold(known.envelope)
-        self._fit = ForgettingFit(start, self._prior, settings, self._nearest, len(held))
+        self._fit = ForgettingFit(known.start, self._prior, settings, self._nearest, len(held))
 
     def take(self, motion: Motion) -> list[Update]:
         """Follow the next rows of motion: an update for each test function that ends in them."""
         self._watch_envelope(motion)
         times, every, balances = self._rows.of(motion)
-        columns, held = np.split(every, [len(self.symbols)], axis=2)
+        own = len(self._known.parameters)
+        held = every[:, :, own : own + self._deviation.size]
+        columns = np.concatenate([every[:, :, :own], every[:, :, own + self._deviation.size :]], axis=2)
         told = np.abs(columns * self._prior) >= self._known.settings.excitation * self._known.noise[:, None]
         return [self._taken(*row) for row in zip(times.tolist(), columns, balances, told, held, strict=True)]
 
@@ -235,12 +267,18 @@ class Follower:
         return Update(time, self._fit.value, self._fit.deviation, bool(rows.any()), balance, error, alarm)
 
     def _nearest(self, values: Array, information: Array) -> Array:
-        return self._lawful.nearest(values, information)
+        """The nearest values of which those of the vehicle are lawful; what is carried follows them, under no law."""
+        own = len(self._known.parameters)
+        within, across, beyond = information[:own, :own], information[:own, own:], information[own:, own:]
+        pulled = np.linalg.solve(beyond, across.T)
+        found = self._lawful.nearest(values[:own], within - across @ pulled)
+        return np.append(found, values[own:] - pulled @ (found - values[:own]))
 
     def _hold(self, envelope: Envelope) -> None:
         """Keep the laws over an envelope."""
         self._envelope = envelope
-        units = dict(zip(self.symbols, self._known.amounts.tolist(), strict=True))
+        own = [parameter.symbol for parameter in self._known.parameters]
+        units = dict(zip(own, self._known.amounts[: len(own)].tolist(), strict=True))
         self._lawful = LawfulSet(self._known.vehicle, units, self._limits, envelope)
 
     def _watch_envelope(self, motion: Motion) -> None:
@@ -271,7 +309,7 @@ def rehearsed_watch(motions: Sequence[Motion], known: AdaptationPrior, alarms: A
 
 def informing_rows(motions: Sequence[Motion], known: AdaptationPrior) -> tuple[Array, Array]:
     """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
-    tested = TestedRows(known.vehicle, known.pool, known.settings)
+    tested = TestedRows(known.vehicle, known.pool, known.settings, known.carried)
     rows = [tested.of(motion) for motion in motions]
     columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]
     balance = np.concatenate([row[2] for row in rows]) / known.noise

@@ -7,13 +7,14 @@ and Ydstie 1981). A boat at rest keeps what it knows.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 
 from ...physics.effects import Parameter
 from ...physics.errors import RequestError
 from ...physics.laws.damping_power import Envelope
-from ...physics.motion import Array
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..balance.base import WeakSettings
 from ..candidates.candidate import Candidate
@@ -70,6 +71,32 @@ class AdaptSettings:
         return self.weak.stride / self.weak.half_width
 
 
+class Carried(Protocol):
+    """A correction of the acceleration that is linear in its parameters, followed beside the numbers of the vehicle.
+
+    Attributes
+    ----------
+    symbols : names of its q parameters, which are plain numbers
+    start, amounts : (q,) their values at the start, and a plausible change of each
+    gains : how many of them, the first, have a meaning of their own: changes of these ring, and they are shown
+    """
+
+    symbols: tuple[str, ...]
+    start: Array
+    amounts: Array
+    gains: int
+
+    def along(self, motion: Motion, fresh: int, memory: Any) -> tuple[Array, Any]:
+        """What a unit of each parameter adds along the last rows of a motion (fresh, 3, q), and what it remembers.
+
+        Parameters
+        ----------
+        fresh : rows that have come since the memory was given
+        memory : of the call before; None for a motion that begins
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptationPrior:
     """What is followed of a boat, and what is known of it and its log before.
@@ -84,6 +111,7 @@ class AdaptationPrior:
     amounts : (p,) a plausible change of each parameter, in its unit
     envelope : velocities relative to the water over which the laws are kept
     seconds : of motion from which this is known
+    carried : a correction whose parameters are followed, too, after those of the pool
     """
 
     vehicle: Vehicle
@@ -93,21 +121,29 @@ class AdaptationPrior:
     amounts: Array
     envelope: Envelope
     seconds: float
+    carried: Carried | None = None
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """That are followed, p of them."""
+        """Of the vehicle, that are followed."""
         return tuple(parameter for candidate in self.pool for parameter in candidate.parameters)
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Their names."""
-        return tuple(parameter.symbol for parameter in self.parameters)
+        """Names of all that is followed, p of them."""
+        own = tuple(parameter.symbol for parameter in self.parameters)
+        return own if self.carried is None else own + self.carried.symbols
+
+    @property
+    def watched(self) -> int:
+        """How many of them, the first, ring when they change."""
+        return len(self.parameters) + (0 if self.carried is None else self.carried.gains)
 
     @property
     def start(self) -> Array:
         """Their values at the start, (p,)."""
-        return np.array([self.vehicle.value(symbol) for symbol in self.symbols])
+        own = np.array([self.vehicle.value(parameter.symbol) for parameter in self.parameters])
+        return own if self.carried is None else np.append(own, self.carried.start)
 
 
 class ForgettingFit:

@@ -4,13 +4,20 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+import torch
 from typer.testing import CliRunner
 from verbs import call, done, refused
 
 import undertow
 from undertow.__main__ import app
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.worlds.world import NOISE, World
+from undertow.residuals.models.model_files import load_network, save_network
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.networks.registry import build
 
 HULL = undertow.load_vehicle("blueboat")
 QUICK = ("--run-in", "20", "--alarm-hours", "1")
@@ -116,3 +123,44 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     short.write_text("".join(log.read_text().splitlines(keepends=True)[:3000]))
     refused("adapt", short, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got \d+\.\d s")
     refused("adapt", log, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got 5\d\.\d s")
+
+
+# A network beside it
+
+
+def coupled(value: float) -> undertow.Vehicle:
+    """The boat with surge turn drag, which its file lacks."""
+    return HULL.with_values({"X_vr": value})
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The network that knows that drag: a polynomial with one weight."""
+    names = input_names(HULL, heading=False)
+    constants = Standardisation(names, np.zeros(5), np.array([1.0, 0.3, 0.5, 20.0, 20.0]))
+    made = build("ridge", scaling_of(HULL, constants, np.ones(3)))
+    product = made.get_buffer("factors").tolist().index([2, 3, 0])  # of 1, u, v, r: v r
+    force = 60.0 / (HULL.value("mass") - HULL.value("X_udot"))
+    with torch.no_grad():
+        made.get_parameter("head.weight")[0, product] = force * 0.3 * 0.5
+        made.get_parameter("lower").fill_(-100.0)
+        made.get_parameter("upper").fill_(100.0)
+    return save_network(NetworkModel(HULL, made, 0.1), tmp_path_factory.mktemp("networks") / "net", {"by": "hand"})
+
+
+def test_the_last_layer_of_a_network_is_followed_rings_and_is_written(
+    network: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    world = World(coupled(60.0), "rich", 80.0, 3, becomes=coupled(120.0), changes_at=40.0)
+    log = world.run(NOISE["field"]).write(tmp_path / "boat.csv")
+    words = ("adapt", log, "--vehicle", "blueboat", "--run-in", "30", "--alarm-hours", "1", "--every", "10")
+    result = call(*words, "-e", "thruster_asymmetry", "--network", network, "--out", tmp_path / "now")
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    assert result.stdout.split()[:4] == ["t", "port_scale", "stbd_scale", "net_surge"]
+    assert "ALARM the network's force in surge (net_surge) went from" in " ".join(result.stdout.split())
+    motion = World(coupled(120.0), "rich", 30.0, 5).run(NOISE["field"]).motion(0.1)
+    before, now = (load_network(place).correction(motion)[:, 0] for place in (network, tmp_path / "now"))
+    assert (before @ now) / (before @ before) == pytest.approx(2.0, abs=0.15)
+    refused("adapt", log, "--vehicle", "otter", "--network", network, match="expected the vehicle that this network")
+    refused("adapt", log, "--vehicle", "blueboat", "--network", tmp_path, match=r"expected a folder with model.yaml")
