@@ -23,6 +23,9 @@ _TOP = 0.99
 STRAIGHT = 0.1
 """Yaw rate [rad/s] up to which a run counts as straight: 6 degrees a second, beyond what a boat yaws about its
 course."""
+_CRAB = 0.5
+"""Share of the surge speed from which sway is drift or thrust to the side, and no deviation: it would be of 27 degrees,
+which is a sensor mounted askew."""
 _LEAST = np.radians(1.0)
 """Deviation from which there is one [rad]: a degree makes 0.017 m/s of sway at 1 m/s, what good sensors add in
 noise."""
@@ -232,7 +235,8 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     found, blocks = [np.zeros((0, 4))], []
     for motion in motions:
         surge, sway, rate = motion.velocity.T
-        use = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(rate) < STRAIGHT)
+        ahead = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(sway) < _CRAB * np.abs(surge))
+        use = ahead & (np.abs(rate) < STRAIGHT)
         stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
         found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
         blocks.append(np.unique(stretch, return_inverse=True)[1])

@@ -261,7 +261,7 @@ class Kind(Enum):
         "direction",
         "{told}",
         "{names} {are} reversed",
-        "a model drives ahead where the boat goes astern; no thrust can be fitted",
+        "a model is pushed one way where the boat is pushed the other; no thrust can be fitted",
         "turn it round in a channel map: {cure}",
         "m/s^2",
     )

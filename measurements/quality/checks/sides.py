@@ -72,7 +72,8 @@ def _examine(records: Sequence[Record]) -> Found:
     likely = likely if gain is None or gain.share.warns else None
     size = certain.size()
     small = _too_small(certain, size) if size is not None and not size.likely else None
-    found = [small or (likely and _likely_reversed(likely)) or _direction(certain, unsure, size)]
+    reversed_one = None if certain.turned else _reversed_in_vehicle(certain)
+    found = [small or reversed_one or (likely and _likely_reversed(likely)) or _direction(certain, unsure, size)]
     if len(expected) < 2:
         return found
     if _turns_apart(records):
@@ -175,6 +176,30 @@ def _too_small(told: _Answers, size: Size) -> Finding:
         f"only {size.share} of what is left of surge and yaw without it",
         remedy="drive each thruster alone, ahead and astern, and look at the log again",
     )
+
+
+def _reversed_in_vehicle(told: _Answers) -> Finding | None:
+    """The thruster that the vehicle, not its own command alone, tells to be reversed; None where none is likely.
+
+    A thruster at the bow pushes nothing ahead, and of four that are mixed from three directions none moves alone.
+    """
+    ahead = {name for name, answer in told.answers.items() if answer.ahead}
+    names = [name for name, one in told.expected.items() if one.thruster is not None and name not in ahead]
+    late = [one.best.seconds for one in trials(told.records) if one.best.in_step]
+    meanwhile = delayed(float(np.median(late))) if late else None
+    sizes = {name: size_by_model(told.records, misplaced(frozenset({name}), frozenset()), meanwhile) for name in names}
+    found = {name: size for name, size in sizes.items() if size is not None and size.warns}
+    if not found:
+        return None
+    name, size = max(found.items(), key=lambda pair: pair[1].share.value)
+    line = f"'{name}: {{from: {source_of(told.records, name)}, {_turned(told.records, name)}}}'"
+    facts = {
+        "told": f"{called(told.records, name)} is reversed: with its thruster turned round, {size.share} of what the "
+        "vehicle leaves of surge and yaw is gone",
+        "names": name,
+        "cure": f"{line}{told.or_vehicle([name], 'curve or the angle')}",
+    }
+    return Fault(Kind.REVERSED, (name,), size, facts, unit="1").ruled()
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:
@@ -342,7 +367,7 @@ def _likely_reversed(likely: _Answers) -> Finding | None:
     return About("direction", turned).warning(
         f"{names} {are} likely reversed ({likely.sure}): more of that command pushes astern, as the motion is "
         "explained best",
-        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
+        consequence="a model is pushed one way where the boat is pushed the other; no thrust can be fitted",
         remedy=_to_try(likely),
         short=f"{listing(turned)} {are} likely reversed",
     )

@@ -14,6 +14,8 @@ from undertow.measurements.channels.channel_map import entries_of
 from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log
 from undertow.measurements.quality.record import Finding
+from undertow.physics.integration import rollout
+from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 
@@ -122,3 +124,31 @@ def test_one_thruster_alone_is_no_steering():
     channels = sound().channels
     rest = Channel("newton_stbd", channels["newton_stbd"].time, np.zeros(stbd.size), "newton_stbd")
     assert told(replace(sound(), channels=channels | {"newton_stbd": rest}), "mixed commands") is None
+
+
+def mixed_boat(wrong: str = "") -> Vehicle:
+    """A boat of four thrusters at 45 degrees, of which one may be wired the wrong way."""
+    places = {"fl": (0.4, -0.4, 45.0), "fr": (0.4, 0.4, -45.0), "al": (-0.4, -0.4, -45.0), "ar": (-0.4, 0.4, 45.0)}
+    curve = {"kind": "table", "command": [-30, 0, 30], "force": [-30, 0, 30]}
+    thrusters = [
+        {"name": n, "x": x, "y": y, "angle": np.radians(a + 180.0 * (n == wrong)), "command": "newton", "curve": curve}
+        for n, (x, y, a) in places.items()
+    ]
+    return vehicle_from_dict({**BOAT.to_dict(), "thrusters": thrusters}, "mixed")
+
+
+@pytest.mark.parametrize("wrong", ["", "ar", "fl"])
+def test_one_of_four_mixed_thrusters_that_is_wired_the_wrong_way_is_told_by_the_vehicle(wrong: str):
+    rng, time = np.random.default_rng(4), np.arange(0.0, 150.0, 0.05)
+    sticks = [np.interp(time, np.arange(0.0, 156.0, 6.0), rng.uniform(-12.0, 12.0, 26)) for _ in range(3)]
+    boat, mixed = mixed_boat(), ((1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1))
+    commands = np.column_stack([sum(s * stick for s, stick in zip(row, sticks, strict=True)) for row in mixed])
+    driven = Motion(time, np.zeros((3000, 2)), np.zeros(3000), np.zeros((3000, 3)), commands, ("fl", "fr", "al", "ar"))
+    states = rollout(mixed_boat(wrong), driven, np.array([0]), 2999).states[0] + rng.normal(0.0, 0.002, (3000, 6))
+    columns = dict(zip(("x", "y", "psi", "u", "v", "r"), states.T, strict=True))
+    columns |= {f"newton_{t.name}": column for t, column in zip(boat.thrusters, commands.T, strict=True)}
+    finding = told(Log(Path("mixed"), {n: Channel(n, time, c, n) for n, c in columns.items()}), "direction", boat)
+    assert finding is not None
+    assert finding.verdict == ("defect" if wrong else "cannot tell")
+    assert not wrong or finding.channels == (f"newton_{wrong}",)
+    assert ("scale: -1" in finding.remedy) == bool(wrong)
