@@ -281,7 +281,9 @@ class _Verdict:
             return f"{self._ahead()}: trust {name}, which keeps the laws of a hull{also}"
         if self.ahead is not None:
             less = _perhaps(self.ahead, self.chosen, f" in {self.what}")
-            why = "which adds what is surely missing" if self.known else "the simpler one"
+            simpler = self.chosen.model.parameters < self.ahead.model.parameters
+            why = "the simpler one" if simpler else "which surely errs less than a guess"
+            why = "which adds what is surely missing" if self.known else why
             return f"{less}: until more rows tell, trust {name}, {why}"
         laws = "keeps the laws of a hull"
         if self.chosen.broken:

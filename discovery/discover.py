@@ -46,6 +46,7 @@ from .search.gram import GramScores
 from .selection import SearchResult
 from .sensor_error_search import HiddenErrors, search_with_sensor_errors
 from .verdicts import VerdictInputs, conclude, unmeasured
+from .water_of_logs import WIND, Flow, find_flows, flow_terms, sentence_of
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -174,9 +175,36 @@ def find_missing(
     """
     say = progress or (lambda text: None)
     basis = basis or choose_balance(motions, nominal, settings or DiscoverySettings())
+    flows, winds = find_flows(basis)
+    water = HiddenErrors(0.0, 0.0, 0.0, flows)
+    if flows:
+        say(water.findings[0].sentence)
+        clear = [water.corrected(motion) for motion in basis.forces.motions]
+        basis = replace(choose_balance(clear, nominal, settings or DiscoverySettings()), part=basis.part)
     for told in filter(None, (basis.part, basis.why)):
         say(told)
-    return _conclude(*search_with_sensor_errors(basis, say))
+    looked, hidden = search_with_sensor_errors(basis, say)
+    if flows:
+        hidden = replace(hidden or water, flows=flows)
+    found = _conclude(looked, hidden)
+    if not winds:
+        return found
+    return replace(found, findings=in_winds(found.findings, winds))
+
+
+def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
+    """Findings of logs that ask for a wind each, which one model does not hold.
+
+    Parameters
+    ----------
+    findings : of all logs at once
+    winds : of each log [N]
+    """
+    told = f"{sentence_of(winds, 'The wind pushes with', 'N')}; one model holds one wind, so search each log alone."
+    headline = findings.headline
+    if findings.verdict == "undecided":
+        headline = "Undecided: the wind differs from log to log, and one model holds one wind."
+    return findings.but(headline=headline, reasons=(told, *findings.reasons), winds=flow_terms(winds, WIND, "N"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -291,10 +291,10 @@ class NamelessForce(Record):
         return f"a {self.kind} in {self.axis} that {self.acts}"
 
     @property
-    def sets_in(self) -> tuple[str, float] | None:
-        """The signal that it follows from a minute of the log on, empty for none, and that minute; None for others."""
-        found = re.fullmatch(r"(.*?) ?from minute ([\d.]+) on", self.follows)
-        return (found[1], float(found[2])) if found else None
+    def sets_in(self) -> tuple[str, str] | None:
+        """The signal that it follows from some time on, empty for none, and when, such as "minute 3.0"; else None."""
+        found = re.fullmatch(r"(.*?) ?from ((?:minute|log) [\d.]+) on", self.follows)
+        return (found[1], found[2]) if found else None
 
     @property
     def local(self) -> bool:
@@ -304,7 +304,7 @@ class NamelessForce(Record):
     @property
     def of_state(self) -> bool:
         """True of a force that follows speeds and thrusts alone, so that a network could learn it."""
-        return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from part", self.follows))
+        return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from log", self.follows))
 
 
 class OtherForm(NamelessForce):
@@ -393,6 +393,7 @@ class Findings(Card, Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis, or to the north or east where none lasts on an axis
+    winds : of several logs that ask for a wind each, its force to the north and east, the log as `form`
     passing : where rollouts judge, shares of the force at work that come and go within seconds, by axis, largest first
     other_forms : what the rest of the model follows; and last, of an undecided log, what explains more in the place of
         a doubtful effect
@@ -424,6 +425,7 @@ class Findings(Card, Record):
     unnamed: tuple[FittedTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
     rests: tuple[PersistentResidual, ...] = ()
+    winds: tuple[FittedTerm, ...] = Field(default=(), exclude_if=lambda value: not value)
     passing: Mapping[str, Number] = Field(default={}, exclude_if=lambda value: not value)
     other_forms: tuple[OtherForm, ...] = ()
     nameless: NamelessForce | None = absent()

@@ -1,4 +1,4 @@
-"""Sensor errors that only forces show: a lever arm of the position sensor, and a constant compass error.
+"""What only forces show of a record: a lever arm of the position sensor, a constant compass error, water that moves.
 
 Such an error agrees with itself in every record, but makes of the motion what only many effects together explain. So
 where a search leaves structure, or ends with many effects, the errors are estimated, taken off the motions, and the
@@ -25,20 +25,25 @@ from .findings import SensorError
 from .search.floating import Search, State
 from .search.rival_explanations import RecordErrorFit, search_with_record_errors
 from .selection import ForceFit, SearchResult, finish, search_forces, select
+from .water_of_logs import CURRENT, Flow, flow_of, flow_terms, in_water, sentence_of
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
-ARM, COMPASS = "mount", "compass_constant"
-"""Names of the corrections for a lever arm, and for a heading that lacks something."""
+ARM, COMPASS, WATER = "mount", "compass_constant", "water_of_logs"
+"""Names of the corrections for a lever arm, for a heading that lacks something, and for currents of several logs."""
 
 
 @dataclass(frozen=True, slots=True)
 class HiddenErrors:
-    """Sensor errors that only forces show: place of the position sensor (ahead, starboard) [m], compass error [rad]."""
+    """Sensor errors that only forces show: place of the position sensor (ahead, starboard) [m], compass error [rad].
+
+    And the currents of several logs [m/s], in whose water they are judged.
+    """
 
     arm_x: float
     arm_y: float
     compass: float
+    flows: tuple[Flow, ...] = ()
 
     @classmethod
     def of(cls, estimate: Array) -> "HiddenErrors":
@@ -49,11 +54,15 @@ class HiddenErrors:
     @classmethod
     def of_findings(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
         """Those that findings tell; None where they tell none."""
-        found = {term.symbol: term.value for s in sensors if s.correction in (ARM, COMPASS) for term in s.terms}
-        if not found:
+        told = tuple(sensors)
+        found = {term.symbol: term.value for s in told if s.correction in (ARM, COMPASS) for term in s.terms}
+        flows = [term for s in told if s.correction == WATER for term in s.terms]
+        pairs = zip(flows[::2], flows[1::2], strict=True)
+        by_log = tuple((north.form, north.value, east.value) for north, east in pairs)
+        if not found and not by_log:
             return None
         turned = float(np.radians(found.get("misalignment", 0.0)))
-        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned)
+        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned, by_log)
 
     @property
     def count(self) -> int:
@@ -63,12 +72,14 @@ class HiddenErrors:
     def keeping(self, left: Collection[str]) -> "HiddenErrors":
         """The same without some of them, by the names of their corrections: these stay in the motion."""
         arm_x, arm_y = (0.0, 0.0) if ARM in left else (self.arm_x, self.arm_y)
-        return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass)
+        flows = () if WATER in left else self.flows
+        return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass, flows=flows)
 
     def corrected(self, motion: Motion) -> Motion:
-        """A motion as it is at the origin, and along the true heading."""
+        """A motion as it is at the origin, along the true heading, and in the water of its log."""
         errors = {"mount_x": self.arm_x, "mount_y": self.arm_y, "compass_constant": self.compass}
-        return corrected_for(motion, errors)
+        north, east = flow_of(motion, self.flows)
+        return corrected_for(in_water(motion, north, east) if north or east else motion, errors)
 
     @property
     def findings(self) -> tuple[SensorError, ...]:
@@ -92,6 +103,11 @@ class HiddenErrors:
             terms = (FittedTerm(symbol="misalignment", value=angle, unit="deg"),)
             error = "compass_deviation"
             found.append(SensorError(error=error, verdict="present", sentence=text, terms=terms, correction=COMPASS))
+        if self.flows:
+            text = f"{sentence_of(self.flows, 'The water moves at', 'm/s')}; each log is judged in its own water."
+            terms = flow_terms(self.flows, CURRENT, "m/s")
+            error = "water_speed"
+            found.append(SensorError(error=error, verdict="present", sentence=text, terms=terms, correction=WATER))
         return tuple(found)
 
 

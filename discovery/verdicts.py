@@ -7,7 +7,7 @@ import numpy as np
 
 from ..physics.effects import BY_NAME, EFFECTS
 from ..physics.motion import AXES, Array, Motion
-from ..physics.presentation import listing, sentence_case, words
+from ..physics.presentation import listing, number, sentence_case, words
 from ..physics.vehicle import Vehicle
 from .balance.shooting import TRIFLE
 from .balance.starts import WHOLE_HORIZON
@@ -124,7 +124,8 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
     )
     in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
-    in_play = [f for f in in_play if f.in_model] or in_play
+    written = max((f.confidence for f in in_play if f.in_model), default=0.0)
+    in_play = [f for f in in_play if f.in_model or (f.claim and f.confidence > written)] if written else in_play
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     material = [form for form in g.tests.forms.selected if form.share >= search.settings.materiality]
     unsure = bool(in_play) or still or bool(g.persistent) or _nameless(g, unnamed, material) is not None
@@ -368,22 +369,24 @@ def _undecided(
     passing, force = comes_and_goes(_passing_alone(g, findings)), findings.nameless
     told = _at_best(in_play[0], findings.candidates) if in_play else ""
     reasons = [*rests, *[passing] * bool(passing)]
+    none = f"no name is likely ({words(in_play[0].key)} {_odds(in_play[0])})" if in_play else "has no name"
+    axes = listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))
+    keeps = bool(g.persistent) and g.persistent[0].axis not in AXES
+    side = f"part of the force keeps to {axes}, whichever way the hull points, and {none}"
     if force is not None:
-        none = f"no name is likely ({words(in_play[0].key)} {_odds(in_play[0])})" if in_play else "has no name"
         told = f"part of the {force.axis} {force.kind} {force.acts}, and {none}"
         more = sum(term.axis != force.axis for term in findings.unnamed)
         if more:
             reasons.append(f"On other axes, the log asks for {_so_many(more)}.")
+    elif in_play and keeps and not _is_told_first(in_play[0]):
+        told = side
     elif in_play:
         first = in_play[0]
         told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
         if any(f.effect not in told_of for f in in_play):
             reasons.insert(0, f"It may be {listing([words(f.key) for f in in_play], 'or')}.")
     else:
-        axes = listing(list(dict.fromkeys(rest.axis for rest in g.persistent)))
-        told = f"part of the force in {axes} has no name"
-        if g.persistent and g.persistent[0].axis not in AXES:
-            told = f"part of the force keeps to {axes}, whichever way the hull points, and has no name"
+        told = side if keeps else f"part of the force in {axes} has no name"
         return f"Undecided: {told}. {passing}".strip(), tuple(rests)
     return f"Undecided: {told}.", tuple(reasons)
 
@@ -410,7 +413,7 @@ def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, 
     off = {f.key: _file_numbers(f, nominal) for f in said}
     new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
     numbers = [
-        f"{symbol} (about {value:.3g}, not {filed:.3g}{_SUMS.get(symbol, '')})"
+        f"{symbol} (about {_plain(value)}, not {_plain(filed)}{_SUMS.get(symbol, '')})"
         for own in off.values()
         for symbol, value, filed in own
     ]
@@ -418,6 +421,12 @@ def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, 
     if not new:
         return f"The {wrong}"
     return f"The model is {probably}missing {listing(new)}" + (f", and the {wrong}" if numbers else "")
+
+
+def _plain(value: float) -> str:
+    """Three digits, without an exponent."""
+    text = f"{value:.3g}"
+    return number(value) if "e" in text else text
 
 
 def _file_numbers(found: EffectFinding, nominal: Vehicle) -> list[tuple[str, float, float]]:

@@ -26,7 +26,15 @@ FLOORS = (
 DISCOVERY = (
     *("balance", "factors", "candidates", "search", "identifiability", "lawful", "effect_findings", "findings"),
     *("evidence", "judgement", "claims", "verdicts", "experiment", "basis", "calibration", "selection"),
-    *("sensor_error_search", "run_models", "discover", "sequential_fit", "add_effects", "distillation"),
+    *(
+        "water_of_logs",
+        "sensor_error_search",
+        "run_models",
+        "discover",
+        "sequential_fit",
+        "add_effects",
+        "distillation",
+    ),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}

@@ -348,13 +348,16 @@ def _setting_in(changing: Mapping[str, Array], times: Iterable[tuple[str, NDArra
 
 
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Possible onsets in time, and the rows from there on: minutes of one log, or parts of several."""
+    """Possible onsets in time, and the rows from there on: minutes of one log; of several, where one of them begins."""
     rows = np.arange(minutes.size)
-    in_logs = several_logs(minutes)
+    begins = 1 + np.flatnonzero(np.diff(minutes) < 0.0)
+    if begins.size:
+        for number in np.unique(np.linspace(0, begins.size - 1, parts - 1).round().astype(int)).tolist():
+            yield f"from log {number + 2} on", rows >= begins[number]
+        return
     for part in range(1, parts):
         begun = rows >= minutes.size * part // parts
-        text = f"part {part + 1} of {parts} of the logs" if in_logs else f"minute {float(minutes[begun][0]):.1f}"
-        yield f"from {text} on", begun
+        yield f"from minute {float(minutes[begun][0]):.1f} on", begun
 
 
 def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:

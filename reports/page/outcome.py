@@ -415,12 +415,18 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if unjudged:
         channels = listing([_SPEEDS[axis] for axis in unjudged])
         return f"log {channels} by another sensor, or give positions: what is logged may be wrong, so none was judged."
+    if findings.winds:
+        return "search each log alone: each has a wind of its own, and the rest of the model is the same."
     force = findings.nameless
     if force is not None and force.sets_in is not None:
-        signal, minute = force.sets_in
+        signal, begins = force.sets_in
         what = NamelessForce(axis=force.axis, follows=signal).in_words
-        asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
-        follow = "; 'undertow adapt' tells which number changes" * (bool(signal) and minute >= _RUN_IN)
+        which, _, when = begins.partition(" ")
+        if which == "log":
+            asked = f"find out what is otherwise from {begins} on, such as a payload, weed or the wind"
+            return f"{asked}: {what} is there alone. Or search each log by itself."
+        asked = f"find out what happened at about minute {float(when):g}, such as weed, a blow or a payload"
+        follow = "; 'undertow adapt' tells which number changes" * (bool(signal) and float(when) >= _RUN_IN)
         return f"{asked}: {what} sets in there{follow}."
     if force is not None and force.local:
         asked = "drive there and elsewhere once more, for a wall or a shoal may be the cause"
@@ -437,7 +443,8 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         return f"check {symbol} in the vehicle file: it says {filed}, this log asks for about {asked}."
     for sensor in [one for one in findings.sensors if one.verdict == "present"][:1]:
         return f"put the {words(sensor.error)} right in the channel map, and search again."
-    return "record a second log on another day and search both: what is true comes out again."
+    more = "another log" if len(findings.data.log_sha256) > 1 else "a second log"
+    return f"record {more} on another day and search them together: what is true comes out again."
 
 
 def _apart(one: float, other: float) -> float:

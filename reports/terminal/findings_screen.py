@@ -148,14 +148,15 @@ def unnamed_table(terms: Sequence[FittedTerm]) -> Table | None:
 
 def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
+    known = any(row.at_limit or row.ci95 is not None for row in rows)
     columns = [*layout.word_columns("parameter"), *layout.number_columns("before", "after")]
-    columns += layout.word_columns("95 % interval", "unit")
+    columns += layout.word_columns(*["95 % interval"] * known, "unit")
     caption = "* held by the law of dissipation; the interval is the log's own" * any(row.held_by_law for row in rows)
     cells = []
     for row in rows:
         after, ends = _after(row) + "*" * row.held_by_law, "at its limit" if row.at_limit else _interval(row.ci95)
-        cells.append((row.symbol, number(row.before, 4), after, ends, unit_text(row.unit)))
-    return layout.fitting("Calibrated parameters", caption, columns, cells, [range(5), range(4)])
+        cells.append((row.symbol, number(row.before, 4), after, *[ends] * known, unit_text(row.unit)))
+    return layout.fitting("Calibrated parameters", caption, columns, cells, [range(4 + known), range(3 + known)])
 
 
 def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] = ()) -> RenderableType | None:

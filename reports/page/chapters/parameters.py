@@ -160,6 +160,8 @@ def calibrated(run: RunFolder) -> Section | None:
         "95 % interval": lambda i: "at its limit" if i.at_limit else interval(i.ci95) + " *" * i.held_by_law,
         "unit": lambda item: unit_text(item.unit),
     }
+    if not any(item.at_limit or item.ci95 is not None for item in found.calibrated):
+        del columns["95 % interval"]
     notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
     notes += filter(None, [absorbed_sentence(found.absorbed)])
     if any(item.held_by_law for item in found.calibrated):
@@ -168,7 +170,7 @@ def calibrated(run: RunFolder) -> Section | None:
         "These parameters were free in every model, so that a number that is merely wrong is not taken for an effect "
         "that is missing."
     )
-    inner = [element("p.facts", text), listed(found.calibrated, columns, "lrrll"), *bullets(notes)]
+    inner = [element("p.facts", text), listed(found.calibrated, columns, "lrrll"[: len(columns)]), *bullets(notes)]
     return Section("Calibrated parameters", card(*inner))
 
 
