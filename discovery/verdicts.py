@@ -145,7 +145,7 @@ def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Fi
         rests=tuple(g.persistent),
         passing=g.passing,
         other_forms=forms,
-        nameless=_nameless(g, unnamed, material or forms) if unlikely else None,
+        nameless=_nameless(g, unnamed, [*material, *([instead[1]] if instead else [])] or forms) if unlikely else None,
     )
     headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, findings, in_play)
     if instead is not None:
