@@ -95,7 +95,7 @@ class _Screen:
             f"allowed, for noise like that{wider}"
         )
         if not self._json:
-            for text in heading(begun.symbols[: begun.watched], begun.units):
+            for text in heading(tuple(begun.start), begun.units):
                 print(text)
 
     def tell(self, update: "Update") -> None:
@@ -113,7 +113,7 @@ class _Screen:
             print(strict_json(followed_row(update, self._begun.symbols), None), flush=True)
         elif not self._json:
             if due:
-                print(row(update, self._begun.watched))
+                print(row(update, len(self._begun.start)))
             if alarm is not None:
                 unit = self._begun.units[self._begun.symbols.index(alarm.symbol)]
                 say("")
@@ -150,11 +150,19 @@ class _Screen:
             write_text(values, on_top("adapt --values", text))
 
     def end(self, out: Path | None, values: Path | None) -> None:
+        from ..reports.hull_diary import far_from_start
+
         if self._json:
             return
         say("")
         ends = "no alarm" if not self._alarms else f"{self._alarms} alarm{'s' * (self._alarms > 1)}"
         say(f"{self._updates} updates, {self._excited} of them under way; {ends}.")
+        apart = "" if self.last is None or self._alarms else far_from_start(self.last, self._begun.start)
+        if apart:
+            prose(
+                f"No change was seen, yet far from the vehicle file: {apart}. Then the model lacks something, and "
+                "'undertow discover' says what."
+            )
         what = "Vehicle" if self._begun.network is None else "Network, with its vehicle,"
         say("No vehicle is written without --out." if out is None else f"{what} as it was followed: {out}")
         say_written({"Values": values})

@@ -20,7 +20,8 @@ def inspect(
 ) -> None:
     """Say whether logs are sound and what to do about it, and what undertow would do with them.
 
-    Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
+    Exit code 1 for a log with a defect, or of too little motion; with --fix, where the repaired log has one; 2 for one
+    that cannot be read.
     """
     from ..measurements.channels.channel_map import map_text
     from ..measurements.inspection import Inspections

@@ -1,6 +1,6 @@
 """Facts and words for hulls that change: the diary of a fleet, and a boat that is followed while its log grows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from ..discovery.calibration.change_watch import Alarm
@@ -327,6 +327,27 @@ def row(update: Update, count: int) -> str:
     pairs = zip(update.values[:count].tolist(), update.deviation[:count].tolist(), strict=True)
     cells = _cells([f"{number(value)}±{number(CI * wide, 2)}" for value, wide in pairs])
     return f"{update.time:>{_TIME}.1f}{cells}" + ("" if update.excited else "  at rest")
+
+
+_FAR = 0.25
+"""Share of what the file says from which a number is far from it, beyond its interval."""
+
+
+def far_from_start(update: Update, start: Mapping[str, float]) -> str:
+    """The numbers that are far from where they began, each with what that was; empty where none is.
+
+    Parameters
+    ----------
+    update : the last one
+    start : the numbers that are watched, which come first, with their values in the file
+    """
+    rows = zip(start.items(), update.values.tolist(), update.deviation.tolist(), strict=False)
+    far = [
+        f"{symbol} {number(value)} (file: {number(began)})"
+        for (symbol, began), value, wide in rows
+        if abs(value - began) > max(CI * wide, _FAR * abs(began))
+    ]
+    return listing(far)
 
 
 def _cells(texts: Sequence[str]) -> str:

@@ -1,6 +1,6 @@
 """Follow parameters of a boat while its log grows: the verb `adapt` as a Python function, an event at a time."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -80,7 +80,7 @@ class Begun:
     Attributes
     ----------
     symbols, units : of what is followed
-    watched : how many of these, the first, ring when they change
+    start : of those that ring when they change, which are the first, what the file says
     seconds : of motion from which noise and size of the forces are known
     widening : of the variance of the noise, rehearsed for the watch
     network : whose last layer is followed, after the numbers of the vehicle; None for none
@@ -88,7 +88,7 @@ class Begun:
 
     symbols: tuple[str, ...]
     units: tuple[str, ...]
-    watched: int
+    start: Mapping[str, float]
     seconds: float
     widening: float
     network: "LastLayer | None" = None
@@ -191,7 +191,8 @@ def _made(
     if watch is None:
         return None
     follower = Follower(known, watch)
-    return follower, Begun(follower.symbols, follower.units, known.watched, known.seconds, watch.widening, layer)
+    start = dict(zip(known.symbols[: known.watched], known.start.tolist(), strict=False))
+    return follower, Begun(follower.symbols, follower.units, start, known.seconds, watch.widening, layer)
 
 
 def _network_of(folder: PathLike, vehicle: Vehicle) -> "NetworkModel":

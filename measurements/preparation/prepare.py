@@ -269,10 +269,7 @@ def shortfall(log: Log, spans: Sequence[Span], notes: Sequence[str]) -> str | No
     if usable >= LEAST_SECONDS - reference(log).period - 1e-6:
         return None
     detail = "; ".join(notes) or "the needed channels do not overlap for longer"
-    return (
-        f"expected at least {LEAST_SECONDS:g} s of usable log, got {usable:.1f} s ({detail}). "
-        "Record longer, or allow longer gaps with max_gap."
-    )
+    return f"expected at least {LEAST_SECONDS:g} s of usable log, got {usable:.1f} s ({detail}). Record longer."
 
 
 def _check_distinct(logs: tuple[Log, ...]) -> None:

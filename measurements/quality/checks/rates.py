@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....physics.presentation import number
+from ....physics.presentation import counted, number
 from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
 from ..record import About, Check, Found, Record, Verdict
@@ -52,7 +52,7 @@ def _rates(records: Sequence[Record]) -> Found:
 def _gaps(records: Sequence[Record]) -> Found:
     """Count the stretches without data."""
     holes: dict[str, list[tuple[float, float]]] = {}
-    lost = whole = 0.0
+    lost, whole, count = 0.0, 0.0, 0
     for record in records:
         here: list[tuple[float, float]] = []
         for channel in record.log.channels.values():
@@ -61,7 +61,8 @@ def _gaps(records: Sequence[Record]) -> Found:
             found = gaps(channel, gap_limit(channel, None))
             holes.setdefault(channel.name, []).extend(found)
             here += found
-        lost += _union(here)
+        length, pieces = _union(here)
+        lost, count = lost + length, count + pieces
         whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
     about = About("gaps", unit="1")
     names = tuple(name for name, found in holes.items() if found)
@@ -69,8 +70,8 @@ def _gaps(records: Sequence[Record]) -> Found:
         return about.ok("no gaps", value=0.0)
     share = lost / whole if whole > 0.0 else 1.0
     longest = max(high - low for found in holes.values() for low, high in found)
-    count = max(len(found) for found in holes.values())
-    text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {number(100.0 * share, 2)} % of the time"
+    gaps_in = f"{counted(count, 'gap')} in {', '.join(names)}"
+    text = f"{gaps_in}, the longest {longest:.2g} s: {number(100.0 * share, 2)} % of the time"
     return about.finding(
         "warning" if share > _MUCH else "note",
         text,
@@ -93,13 +94,14 @@ def _strays(channel: Channel) -> float:
     return float(np.std(usual) / channel.period) if usual.size else 0.0
 
 
-def _union(spans: list[tuple[float, float]]) -> float:
-    """Length of the union of spans [s]."""
-    total, end = 0.0, -np.inf
+def _union(spans: list[tuple[float, float]]) -> tuple[float, int]:
+    """Length of the union of spans [s], and of how many pieces it is."""
+    total, pieces, end = 0.0, 0, -np.inf
     for low, high in sorted(spans):
         total += max(0.0, high - max(low, end))
+        pieces += low > end
         end = max(end, high)
-    return total
+    return total, pieces
 
 
 RATES = Check("rates", _rates)
