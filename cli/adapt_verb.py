@@ -52,7 +52,7 @@ def adapt(
     if network is not None and out is not None:
         from ..workflows.train import check_folder
 
-        check_folder(out, False, ([Path(log)], vehicle, reading.channel_map), force=force)
+        check_folder(out, False, ([Path(log)], vehicle, reading.channel_map, [network, like]), force=force)
     earlier = check_files(targets, (*reads, network), force=force)
     screen: _Screen | None = None
     stopped: KeyboardInterrupt | LogError | None = None

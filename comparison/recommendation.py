@@ -281,8 +281,8 @@ class _Verdict:
             return f"{self._ahead()}: trust {name}, which keeps the laws of a hull{also}"
         if self.ahead is not None:
             less = _perhaps(self.ahead, self.chosen, f" in {self.what}")
-            simpler = self.chosen.model.parameters < self.ahead.model.parameters
-            why = "the simpler one" if simpler else "which surely errs less than a guess"
+            surer = self.guess is not None and self.chosen.beats(self.guess) and not self.ahead.beats(self.guess)
+            why = "which surely errs less than a guess" if surer else "the simpler one"
             why = "which adds what is surely missing" if self.known else why
             return f"{less}: until more rows tell, trust {name}, {why}"
         laws = "keeps the laws of a hull"

@@ -180,7 +180,7 @@ def find_missing(
     if flows:
         say(water.findings[0].sentence)
         clear = [water.corrected(motion) for motion in basis.forces.motions]
-        basis = replace(choose_balance(clear, nominal, settings or DiscoverySettings()), part=basis.part)
+        basis = replace(choose_balance(clear, nominal, settings or basis.settings), part=basis.part)
     for told in filter(None, (basis.part, basis.why)):
         say(told)
     looked, hidden = search_with_sensor_errors(basis, say)
@@ -194,6 +194,10 @@ def find_missing(
     return replace(found, findings=in_winds(found.findings, winds))
 
 
+_CALM = 0.05
+"""Share of the strongest wind below which a log's is told as less than that."""
+
+
 def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
     """Findings of logs that ask for a wind each, which one model does not hold.
 
@@ -202,7 +206,10 @@ def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
     findings : of all logs at once
     winds : of each log [N]
     """
-    told = f"{sentence_of(winds, 'The wind pushes with', 'N')}; one model holds one wind, so search each log alone."
+    least = _CALM * max(float(np.hypot(north, east)) for _, north, east in winds)
+    told = (
+        f"{sentence_of(winds, 'The wind pushes with', 'N', least)}; one model holds one wind, so search each log alone."
+    )
     headline = findings.headline
     if findings.verdict == "undecided":
         headline = "Undecided: the wind differs from log to log, and one model holds one wind."

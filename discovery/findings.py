@@ -35,6 +35,10 @@ _EMPTY = (
 """What was not asked is an empty object in the file."""
 
 
+WATER = "water_of_logs"
+"""Name of the correction for the currents of several logs: each is judged in its own water."""
+
+
 class SensorError(Record):
     """An error of a sensor, or of the log's record of one: the vehicle stays as it is.
 
@@ -293,7 +297,7 @@ class NamelessForce(Record):
     @property
     def sets_in(self) -> tuple[str, str] | None:
         """The signal that it follows from some time on, empty for none, and when, such as "minute 3.0"; else None."""
-        found = re.fullmatch(r"(.*?) ?from ((?:minute|log) [\d.]+) on", self.follows)
+        found = re.fullmatch(r"(.*?) ?from (minute [\d.]+(?: of .+)?|log .+) on", self.follows)
         return (found[1], found[2]) if found else None
 
     @property
@@ -304,7 +308,7 @@ class NamelessForce(Record):
     @property
     def of_state(self) -> bool:
         """True of a force that follows speeds and thrusts alone, so that a network could learn it."""
-        return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from log", self.follows))
+        return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from (log|part)", self.follows))
 
 
 class OtherForm(NamelessForce):

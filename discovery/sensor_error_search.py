@@ -13,6 +13,7 @@ import numpy as np
 
 from ..measurements.kinematics import corrected_for
 from ..measurements.statistics.processors import parallel_map
+from ..physics.errors import RequestError
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
 from .basis import Basis, choose_balance
@@ -21,7 +22,7 @@ from .claims import why_no_hull
 from .effect_findings import FittedTerm
 from .evidence.unexplained import residual_of_few_forces
 from .evidence.weighing import CERTAINLY
-from .findings import SensorError
+from .findings import WATER, SensorError
 from .search.floating import Search, State
 from .search.rival_explanations import RecordErrorFit, search_with_record_errors
 from .selection import ForceFit, SearchResult, finish, search_forces, select
@@ -29,8 +30,8 @@ from .water_of_logs import CURRENT, Flow, flow_of, flow_terms, in_water, sentenc
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
-ARM, COMPASS, WATER = "mount", "compass_constant", "water_of_logs"
-"""Names of the corrections for a lever arm, for a heading that lacks something, and for currents of several logs."""
+ARM, COMPASS = "mount", "compass_constant"
+"""Names of the corrections for a lever arm, and for a heading that lacks something; `WATER` is that for currents."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,17 +53,34 @@ class HiddenErrors:
         return cls(ahead, aside, turned)
 
     @classmethod
-    def of_findings(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
-        """Those that findings tell; None where they tell none."""
+    def of_findings(cls, sensors: Iterable[SensorError], logs: Sequence[str]) -> "HiddenErrors | None":
+        """Those that findings tell; None where they tell none.
+
+        Parameters
+        ----------
+        sensors : of the findings
+        logs : of the run, where they are now, in its order
+
+        Raises
+        ------
+        RequestError
+            when the findings have currents of more logs, or of fewer.
+        """
         told = tuple(sensors)
         found = {term.symbol: term.value for s in told if s.correction in (ARM, COMPASS) for term in s.terms}
         flows = [term for s in told if s.correction == WATER for term in s.terms]
         pairs = zip(flows[::2], flows[1::2], strict=True)
-        by_log = tuple((north.form, north.value, east.value) for north, east in pairs)
+        by_log = tuple((north.value, east.value) for north, east in pairs)
+        if by_log and len(by_log) != len(logs):
+            raise RequestError(
+                f"findings: expected the {len(by_log)} logs of the run, each in its own water, got {len(logs)}; run "
+                "'undertow discover' with these logs"
+            )
+        currents = tuple((log, *flow) for log, flow in zip(logs, by_log, strict=False))
         if not found and not by_log:
             return None
         turned = float(np.radians(found.get("misalignment", 0.0)))
-        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned, by_log)
+        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned, currents)
 
     @property
     def count(self) -> int:
@@ -104,7 +122,8 @@ class HiddenErrors:
             error = "compass_deviation"
             found.append(SensorError(error=error, verdict="present", sentence=text, terms=terms, correction=COMPASS))
         if self.flows:
-            text = f"{sentence_of(self.flows, 'The water moves at', 'm/s')}; each log is judged in its own water."
+            water = sentence_of(self.flows, "Beyond the current of the file, the water moves at", "m/s")
+            text = f"{water}; each log is judged in its own water."
             terms = flow_terms(self.flows, CURRENT, "m/s")
             error = "water_speed"
             found.append(SensorError(error=error, verdict="present", sentence=text, terms=terms, correction=WATER))

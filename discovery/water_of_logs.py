@@ -8,13 +8,12 @@ frame; it is only told.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from ..measurements.compass import remeasured
 from ..physics.motion import Array, Motion, earth_to_body
-from ..physics.presentation import listing, number
+from ..physics.presentation import listing, number, short_names
 from .balance.weak_form import WeakForm
 from .basis import Basis
 from .effect_findings import FittedTerm
@@ -34,7 +33,7 @@ _STEP = 0.1
 _LEAST = 0.03
 """Difference of two currents that matters [m/s]: what `kinematics.LIMITS` has of a speed log's."""
 _LEAST_WIND = 0.05
-"""Difference of two winds that matters, as a share of the force of surge."""
+"""Difference of two winds that matters, as a share of the force of surge: what `find_persistent_residuals` tells."""
 _ROUNDS = 3
 """Estimates, each about the motion in the water of the one before."""
 _SETTLED = 0.003
@@ -60,19 +59,13 @@ def in_water(motion: Motion, north: float, east: float) -> Motion:
         ahead, aside = earth_to_body(heading, np.full_like(heading, north), np.full_like(heading, east))
         return heading, velocity - np.column_stack([ahead, aside, np.zeros_like(ahead)])
 
-    seconds = motion.time - motion.time[0]
+    seconds = 60.0 * motion.minutes
     return replace(remeasured(motion, relative), position=motion.position - np.outer(seconds, (north, east)))
 
 
 def flow_of(motion: Motion, flows: Sequence[Flow]) -> tuple[float, float]:
     """What the water of a motion's log has beyond the model's, to the north and east [m/s]; none for another log."""
-    return next(((north, east) for log, north, east in flows if _same_log(log, motion.source)), (0.0, 0.0))
-
-
-def _same_log(one: str, other: str) -> bool:
-    """True for one path that is written in two ways, as far as both go."""
-    pairs = list(zip(reversed(Path(one).parts), reversed(Path(other).parts), strict=False))
-    return bool(pairs) and all(a == b for a, b in pairs)
+    return next(((north, east) for log, north, east in flows if log == motion.source), (0.0, 0.0))
 
 
 def find_flows(basis: Basis) -> tuple[tuple[Flow, ...], tuple[Flow, ...]]:
@@ -102,23 +95,40 @@ def find_flows(basis: Basis) -> tuple[tuple[Flow, ...], tuple[Flow, ...]]:
     asked = [_gain(search, begin, columns, logs) for columns in kinds]
     if max(asked) < least:
         return (), ()
-    found = [_fitted(search, begin, columns, logs) for columns in kinds]
-    (current, gain, worth), (wind, other, wind_worth) = found
+    flows, gain, worth = _currents_of_logs(basis, search, begin, kinds[0], logs)
+    wind, other, wind_worth = _fitted(search, begin, kinds[1], logs)
     if max(gain, other) < least:
         return (), ()
     if wind_worth < worth:
-        scale = _USUAL * float(search.force_scale[0])
-        winds = _flows(logs, wind * scale)
-        return (), winds if _apart(winds) >= _LEAST_WIND * float(search.force_scale[0]) else ()
-    flows = _flows(logs, current * _USUAL)
+        scale = float(search.force_scale[0])
+        winds = _flows(logs, wind * _USUAL * scale)
+        return (), winds if _apart(winds) >= _LEAST_WIND * scale else ()
+    return (flows, ()) if _apart(flows) >= _LEAST else ((), ())
+
+
+def _currents_of_logs(
+    basis: Basis, search: Search, begin: State, columns: Array, logs: Sequence[str]
+) -> tuple[tuple[Flow, ...], float, float]:
+    """Currents of each log, what they earn more than one for all, and their worth, see `_fitted`.
+
+    A column is straight and drag is not, so each estimate is about the motion in the water of the one before, as long
+    as that is worth more.
+    """
+    rest, gain, worth = _fitted(search, begin, columns, logs)
+    flows, pool = _flows(logs, rest * _USUAL), search.pool
     for _ in range(_ROUNDS - 1):
         own = _in_own_water(basis, flows)
         moved = Search(own, basis.nominal, pool, search.settings)
-        rest, *_ = _fitted(moved, moved.evaluate(moved.nominal, ()), _currents(own, moved), logs)
-        flows = _flows(logs, np.array([flow[1:] for flow in flows]) + rest * _USUAL)
+        rest, _, again = _fitted(moved, moved.evaluate(moved.nominal, ()), _currents(own, moved), logs)
+        table = np.array([flow[1:] for flow in flows])
+        total = table / _USUAL + rest
+        again += 0.5 * float((total**2).sum() - (rest**2).sum())  # a usual current costs a half, wherever it is counted
+        if again >= worth:
+            break
+        gain, worth, flows = gain + worth - again, again, _flows(logs, total * _USUAL)
         if np.abs(rest).max() * _USUAL < _SETTLED:
             break
-    return (flows, ()) if _apart(flows) >= _LEAST else ((), ())
+    return flows, gain, worth
 
 
 def sentence_of(flows: Sequence[Flow], what: str, unit: str, least: float = _LEAST) -> str:
@@ -129,11 +139,11 @@ def sentence_of(flows: Sequence[Flow], what: str, unit: str, least: float = _LEA
     what, unit : how it begins, and the unit of a flow
     least : of a flow that is told
     """
-    told = []
-    for log, north, east in flows[:_TOLD]:
+    told, names = [], short_names([log for log, *_ in flows])
+    for (_, north, east), name in list(zip(flows, names, strict=True))[:_TOLD]:
         size = float(np.hypot(north, east))
         towards = f"{number(size, 2)} {unit} towards {round(np.degrees(np.arctan2(east, north))) % 360} degrees"
-        told.append(f"{towards if size >= least else f'less than {least:.2g} {unit}'} in {Path(log).name}")
+        told.append(f"{towards if size >= least else f'less than {least:.2g} {unit}'} in {name}")
     more = [f"otherwise in {len(flows) - _TOLD} logs more"] * (len(flows) > _TOLD)
     return f"{what} {listing([*told, *more])}"
 

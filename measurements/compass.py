@@ -23,9 +23,9 @@ _TOP = 0.99
 STRAIGHT = 0.1
 """Yaw rate [rad/s] up to which a run counts as straight: 6 degrees a second, beyond what a boat yaws about its
 course."""
-_CRAB = 0.5
-"""Share of the surge speed from which sway is drift or thrust to the side, and no deviation: it would be of 27 degrees,
-which is a sensor mounted askew."""
+BENT = 0.6
+"""Largest part of a deviation that changes with the heading [rad]: iron on board makes no more, and a boat that is
+pushed aside does. A constant one, of a sensor that is mounted askew, may be any."""
 _LEAST = np.radians(1.0)
 """Deviation from which there is one [rad]: a degree makes 0.017 m/s of sway at 1 m/s, what good sensors add in
 noise."""
@@ -93,7 +93,8 @@ class Compass:
         It explains 70 %, as 4 of 5 stretches agree, and is five times its standard error: seven coefficients explain
         much of any dozen seconds of straight running. A boat that never turns fast shows no straight run.
         """
-        clear = self.size >= _CLEARLY * self.error and not self.lazy
+        bent = float(np.hypot(self.sine, self.cosine)) > BENT
+        clear = self.size >= _CLEARLY * self.error and not self.lazy and not bent
         return self.deviates and clear and self.explained >= _PLAINLY and self.agree >= _MOST_AGREE
 
     @property
@@ -235,8 +236,7 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     found, blocks = [np.zeros((0, 4))], []
     for motion in motions:
         surge, sway, rate = motion.velocity.T
-        ahead = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(sway) < _CRAB * np.abs(surge))
-        use = ahead & (np.abs(rate) < STRAIGHT)
+        use = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(rate) < STRAIGHT)
         stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
         found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
         blocks.append(np.unique(stretch, return_inverse=True)[1])

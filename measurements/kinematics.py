@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..physics.motion import Array, Motion, body_to_earth, earth_to_body
 from .canonical import MOTION, Channel
-from .compass import Compass, compass_of, remeasured
+from .compass import BENT, Compass, compass_of, remeasured
 from .statistics.blocks import Fit, numbered_on, robust_fit
 
 _CLEARLY = 6.0
@@ -27,8 +27,8 @@ LEAST_LEFT = 2.5
 LIMITS = {
     "gyro_scale": (0.01, 0.3),
     "gyro_bias": (0.002, 0.2),
-    "compass_sine": (0.02, 0.6),
-    "compass_cosine": (0.02, 0.6),
+    "compass_sine": (0.02, BENT),
+    "compass_cosine": (0.02, BENT),
     "velocity_scale": (0.01, 0.3),
     "misalignment": (0.02, 0.6),
     "velocity_latency": (0.03, 1.0),

@@ -64,6 +64,20 @@ def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a")
     return text.replace("-", minus)
 
 
+def short_names(paths: Sequence[str]) -> list[str]:
+    """The names of files, with as many of their folders as tell them apart.
+
+    >>> short_names(["a/one.csv", "a/two.csv"]), short_names(["one.csv", "monday/one.csv"])
+    (['one.csv', 'two.csv'], ['one.csv', 'monday/one.csv'])
+    """
+    parts = [path.replace("\\", "/").split("/") for path in paths]
+    for count in range(1, max(map(len, parts), default=0) + 1):
+        names = ["/".join(part[-count:]) for part in parts]
+        if len(set(names)) == len(set(paths)):
+            return names
+    return list(paths)
+
+
 def counted(count: int, noun: str) -> str:
     """A number of things.
 

@@ -8,6 +8,8 @@ from ..comparison.comparison import Judged, comparison, ends, judge, reference_m
 from ..comparison.error_limits import HeldLimits, Limits, held, load_limits, with_margin
 from ..comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison
 from ..comparison.models_by_name import check_commands, fitted_notes, fitted_numbers, fitted_to, load_model
+from ..discovery.findings import WATER
+from ..discovery.sensor_error_search import HiddenErrors
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.split import Fold
 from ..measurements.prepared_logs import ALL, INPUTS_CURE, Inputs, PathLike
@@ -110,6 +112,9 @@ def compare_run(
     size = fitted_numbers(folder)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", size, unseen=unseen)
     inputs = inputs.in_folds(folds) if folds else inputs
+    found = record.findings
+    hidden = None if found is None else HiddenErrors.of_findings(found.sensors, sources)
+    inputs = inputs if hidden is None else inputs.mapped(hidden.corrected)  # where the run found them, and was judged
     network = network_of(folder)
     middle = (corrected,) if network is None else (corrected, network)
     return _compared(inputs, middle, models, folds=folds, progress=progress)[0]
@@ -149,7 +154,9 @@ def _compared(
     if progress is not None:
         progress(Stage("finding where the models fail"))
     rows = inputs.parts.judge
-    told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
+    wet = [model.name for path, model in zip(given, loaded, strict=True) if _found_in_water(path)]
+    water = "was found with each log in its own water, and here its errors hold the current of the log"
+    told = [*inputs.repairs, *notes, *fitted_notes(sources, rows), *(f"{name} {water}" for name in wet)]
     fitted = {one.model.name for one in sources if one.saw_judged(rows)}
     if rows != "test":  # a network of the run was trained on most of them
         fitted |= {model.name for model in middle if model.kind == "hybrid"}
@@ -161,6 +168,15 @@ def _compared(
         )
         done = done.but(best=best.but(sentence=f"{no_test} {best.sentence}"))
     return done, inputs, ends(found, best.model)
+
+
+def _found_in_water(path: PathLike) -> bool:
+    """True for a run, or its model, whose logs had each a current of its own."""
+    run = Path(path) if Path(path).is_dir() else Path(path).parent
+    try:
+        return f'"{WATER}"' in (run / "findings.json").read_text("utf-8")
+    except (OSError, ValueError):
+        return False
 
 
 MARGIN = 0.2

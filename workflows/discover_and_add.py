@@ -15,7 +15,7 @@ from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, DiscoverySettings, choose_balance
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
-from ..discovery.findings import Findings, LogFacts, SensorError, Step, Unexplained
+from ..discovery.findings import WATER, Findings, LogFacts, SensorError, Step, Unexplained
 from ..discovery.judgement import odds
 from ..discovery.run_models import resolve_names, values_of_step
 from ..discovery.sensor_error_search import HiddenErrors
@@ -131,7 +131,7 @@ def add(
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
     findings = _of_these_logs(findings, inputs)
-    hidden = HiddenErrors.of_findings(findings.sensors) if findings is not None else None
+    hidden = HiddenErrors.of_findings(findings.sensors, list(inputs.starts)) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
     basis = basis_for(fitting, inputs.vehicle, chosen, findings)
     inputs, folds = _in_folds(inputs, basis)
@@ -354,7 +354,7 @@ def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, .
     known = {(sensor.what, sensor.sentence) for sensor in own}  # of a search to which something is added
     compared = [sensor for sensor in sensor_errors(inputs.sensors) if (sensor.what, sensor.sentence) not in known]
     found = (*own, *(s for s in compared if s.verdict != "no evidence" or s.what not in told))
-    return tuple(s.but(confidence=odds().sensors[s.verdict]) for s in found)
+    return tuple(s if s.correction == WATER else s.but(confidence=odds().sensors[s.verdict]) for s in found)
 
 
 def _added(label: str | None) -> tuple[str | None, str | None]:

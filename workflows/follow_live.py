@@ -16,8 +16,10 @@ from ..measurements.inspection import examine, inspect_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.errors import LogError, RequestError, listed
 from ..physics.motion import Motion
+from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
 from .inputs import read_motions, refuse_broken_logs
 from .whole_answer import NETWORK
@@ -203,10 +205,20 @@ def _network_of(folder: PathLike, vehicle: Vehicle) -> "NetworkModel":
     place = Path(folder)
     model = load_network(place if is_network_folder(place) else place / NETWORK)
     own, given = model.vehicle.values, vehicle.values
-    apart = [s for s in sorted(own.keys() | given.keys()) if own.get(s) != given.get(s)]
+    apart = [
+        s for s in own if s != COMMAND_OFFSET.symbol and own[s] != given.get(s)
+    ]  # that is the log's, not the boat's
+    apart += [
+        t.name for t, other in zip(model.vehicle.thrusters, vehicle.thrusters, strict=False) if not _alike(t, other)
+    ]
     if apart:
         raise RequestError(
             f"adapt --network {folder}: expected the vehicle that this network corrects, got {vehicle.name}, which "
             f"differs in {listed(apart)}; give --vehicle the file or the run folder that it was trained with"
         )
     return model
+
+
+def _alike(one: Thruster, other: Thruster) -> bool:
+    """True for thrusters of one place and curve."""
+    return all(getattr(one, field) == getattr(other, field) for field in ("channel", "x", "y", "angle", "curve"))

@@ -89,7 +89,8 @@ class Workbench:
             return
         self._found, self._findings = searched.found, searched.findings
         if searched.hidden is not None:
-            told = HiddenErrors.of_findings(searched.findings.sensors) if searched.findings is not None else None
+            logs, findings = list(self._whole.starts), searched.findings
+            told = HiddenErrors.of_findings(findings.sensors, logs) if findings is not None else None
             self._hidden = HiddenErrors(*searched.hidden, told.flows if told is not None else ())
         if searched.hidden is not None or searched.findings is not None:
             opened = LogView(self.inputs(())) if searched.hidden is not None else self._readings[()].log

@@ -17,7 +17,7 @@ import numpy as np
 
 from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.effect_findings import EffectFinding, Reason
-from undertow.discovery.findings import Findings
+from undertow.discovery.findings import WATER, Findings
 from undertow.discovery.judgement import odds
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
@@ -125,7 +125,7 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "likely": [c.key for c in findings.candidates if c.verdict == "likely"],
         "first": next((c.key for c in findings.candidates if c.verdict != "no evidence"), ""),
         "unnamed": [t.symbol or f"{t.axis}:{t.form}" for t in findings.unnamed],
-        "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present"}),
+        "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present" and s.correction != WATER}),
         "sensors_possible": sorted({s.what for s in findings.sensors if s.verdict == "possible"}),
         "sensors_clear": sorted({s.what for s in findings.sensors if s.verdict == "no evidence"}),
         "rests": [(rest.axis, rest.share) for rest in findings.rests],

@@ -18,6 +18,7 @@ from ...physics.effects import Effect, Form, Parameter, monomials, parse_form
 from ...physics.forces import through_water
 from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
+from ...physics.presentation import short_names
 from ...physics.vehicle import Vehicle
 from ..balance.shooting import TRIFLE
 from ..balance.weak_form import WeakForm
@@ -239,7 +240,9 @@ def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
     """
     speeds, thrusts, _, minutes, _ = weak.signals(vehicle)
     if not law_of:
-        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, FINE)))
+        return _passed(
+            weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, *rows_of_logs(weak), FINE))
+        )
     index = [name for name, _ in _SPEEDS].index(law_of)
     most = float(np.quantile(np.abs(np.atleast_2d(speeds[index])[0]), _SPEED_KNOTS[-1]))
     knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, FINE + 1)[1:]]
@@ -256,11 +259,11 @@ def _passed(weak: WeakForm, forms: Iterable[_Form]) -> FreeForms:
 
 def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     speeds, thrusts, heading, minutes, place = weak.signals(vehicle)
-    steady = np.ones_like(minutes)
+    steady, (logs, names) = np.ones_like(minutes), rows_of_logs(weak)
     yield "", steady
     yield "the cosine of the heading", np.cos(heading)
     yield "the sine of the heading", np.sin(heading)
-    if not several_logs(minutes):  # each log has an origin of its own
+    if len(names) == 1:  # each log has an origin of its own
         north, east = place - place.mean(axis=1, keepdims=True)
         yield "the place ahead", np.cos(heading) * north + np.sin(heading) * east
         yield "the place abeam", np.cos(heading) * east - np.sin(heading) * north
@@ -289,10 +292,10 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
         yield f"how unlike {of} and {beside_it} are", np.abs(thrust - other)
         yield f"how unlike {of} and {beside_it} are, squared", (thrust - other) ** 2
     changing = _changing(vehicle, speeds, thrusts)
-    yield from _setting_in(changing, onsets(minutes, _SETS_IN))
+    yield from _setting_in(changing, onsets(minutes, logs, names, _SETS_IN))
     for name, signal in changing.items():
         yield f"the time{name and f', times {name}'}", minutes * signal
-        for told, there in places(minutes, place):
+        for told, there in places(place) if len(names) == 1 else ():
             yield f"{name or 'being'} {told}", there * signal
 
 
@@ -347,23 +350,36 @@ def _setting_in(changing: Mapping[str, Array], times: Iterable[tuple[str, NDArra
             yield f"{name} {told}".strip(), onset * signal
 
 
-def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Possible onsets in time, and the rows from there on: minutes of one log; of several, where one of them begins."""
-    rows = np.arange(minutes.size)
-    begins = 1 + np.flatnonzero(np.diff(minutes) < 0.0)
-    if begins.size:
-        for number in np.unique(np.linspace(0, begins.size - 1, parts - 1).round().astype(int)).tolist():
-            yield f"from log {number + 2} on", rows >= begins[number]
-        return
+def rows_of_logs(weak: WeakForm) -> tuple[NDArray[np.int64], list[str]]:
+    """The number of the log of each row of all motions, and the names of the logs."""
+    paths = list(dict.fromkeys(motion.source for motion in weak.motions))
+    numbers = [paths.index(motion.source) for motion in weak.motions]
+    return np.repeat(numbers, [motion.time.size for motion in weak.motions]), short_names(paths)
+
+
+def onsets(
+    minutes: Array, logs: NDArray[np.int64], names: Sequence[str], parts: int
+) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Possible onsets in time, and the rows from there on: minutes, and where one of several logs begins.
+
+    Parameters
+    ----------
+    minutes, logs : (n,) of rows in their order, and the number of the log of each
+    names : of the logs
+    parts : in how many parts the rows are cut
+    """
+    rows, several = np.arange(minutes.size), len(names) > 1
+    begins = np.linspace(1, len(names) - 1, min(parts, len(names)) - 1).round().astype(int) if several else ()
+    for number in begins:
+        yield f"from log {names[number]} on", logs >= number
     for part in range(1, parts):
-        begun = rows >= minutes.size * part // parts
-        yield f"from minute {float(minutes[begun][0]):.1f} on", begun
+        first = minutes.size * part // parts
+        where = f" of {names[logs[first]]}" * several
+        yield f"from minute {float(minutes[first]):.1f}{where} on", rows >= first
 
 
-def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Sides of the water, and the rows there, of places (2, rows); of one log, for each has an origin of its own."""
-    if several_logs(minutes):
-        return
+def places(place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Sides of the water, and the rows there, of places (2, rows) of one log, for each has an origin of its own."""
     north, east = place
     sides = {
         "north": north,
@@ -375,11 +391,6 @@ def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_
         for share in _PLACES:
             edge = float(f"{np.quantile(metres, share):.2g}")
             yield f"{side} of {edge:g} m", metres > edge
-
-
-def several_logs(minutes: Array) -> bool:
-    """True when there is more than one log: where another begins, its minutes do."""
-    return bool((np.diff(minutes) < 0.0).any())
 
 
 def _knots(signal: Array, shares: tuple[float, ...]) -> list[float]:

@@ -18,7 +18,7 @@ from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation
-from ..candidates.unnamed_terms import FINE, onsets, places
+from ..candidates.unnamed_terms import FINE, onsets, places, rows_of_logs
 from ..effect_findings import Part
 from ..search.estimation import Interval
 from ..search.floating import Search, State
@@ -244,7 +244,10 @@ def _parts(search: Search) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     weak = search.balance
     assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
     minutes = weak.average([m.minutes[:, None] for m in weak.motions])[:, 0]
-    yield from onsets(minutes, FINE)
-    yield from places(minutes, weak.average([m.position for m in weak.motions]).T)
+    logs, names = rows_of_logs(weak)
+    first = np.cumsum([0, *(m.time.size for m in weak.motions)])[:-1]
+    yield from onsets(minutes, logs[first][weak.reach[0]], names, FINE)
+    if len(names) == 1:
+        yield from places(weak.average([m.position for m in weak.motions]).T)
     for region in regions(search):
         yield f"where the boat is {region.names[0]}", region.tests

@@ -19,7 +19,7 @@ from ..balance.base import Balance
 from ..balance.starts import LEAST_BLOCKS
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind
-from ..candidates.unnamed_terms import FreeForms, finer_forms, free_forms, several_logs
+from ..candidates.unnamed_terms import FreeForms, finer_forms, free_forms
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken
@@ -415,7 +415,7 @@ def substitute_forces(columns: FormColumns, rest: ResidualSelection, candidate: 
 
 def rollouts_of_several_logs(judge: Balance) -> bool:
     """True when rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
-    return not judge.forces and several_logs(np.concatenate([motion.minutes for motion in judge.motions]))
+    return not judge.forces and len({motion.source for motion in judge.motions}) > 1
 
 
 def effective_blocks(column: Array, block: NDArray[np.int64]) -> float:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
-from ...discovery.findings import Findings, NamelessForce, Step, comes_and_goes
+from ...discovery.findings import WATER, Findings, NamelessForce, Step, comes_and_goes
 from ...discovery.search.scoring import MOST
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, sentence_case, share_removed, words
@@ -425,8 +425,10 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         if which == "log":
             asked = f"find out what is otherwise from {begins} on, such as a payload, weed or the wind"
             return f"{asked}: {what} is there alone. Or search each log by itself."
-        asked = f"find out what happened at about minute {float(when):g}, such as weed, a blow or a payload"
-        follow = "; 'undertow adapt' tells which number changes" * (bool(signal) and float(when) >= _RUN_IN)
+        minute, _, log = when.partition(" ")
+        place = f"minute {float(minute):g}{f' {log}' * bool(log)}"
+        asked = f"find out what happened at about {place}, such as weed, a blow or a payload"
+        follow = "; 'undertow adapt' tells which number changes" * (bool(signal) and float(minute) >= _RUN_IN)
         return f"{asked}: {what} sets in there{follow}."
     if force is not None and force.local:
         asked = "drive there and elsewhere once more, for a wall or a shoal may be the cause"
@@ -441,7 +443,7 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     wrong += [(item.symbol, number(item.before), number(item.after)) for item in off]
     for symbol, filed, asked in wrong[:1]:
         return f"check {symbol} in the vehicle file: it says {filed}, this log asks for about {asked}."
-    for sensor in [one for one in findings.sensors if one.verdict == "present"][:1]:
+    for sensor in [one for one in findings.sensors if one.verdict == "present" and one.correction != WATER][:1]:
         return f"put the {words(sensor.error)} right in the channel map, and search again."
     more = "another log" if len(findings.data.log_sha256) > 1 else "a second log"
     return f"record {more} on another day and search them together: what is true comes out again."

@@ -8,6 +8,7 @@ finder; Halko, Martinsson and Tropp 2011, algorithm 4.1).
 
 from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -29,6 +30,10 @@ _DRAWS = 24
 """Chance changes of an axis's weights, of which the main directions are taken."""
 CHANGE = 0.5
 """A plausible change of a gain, and of a direction in units of what the trained layer says."""
+_CONSTANTS = ("input_mean", "input_scale", "output_scale")
+"""What a network has from its scaling, and not from its training."""
+_LEAST_RATIO = 1e-3
+"""Of a thruster's force to what it was, so that one that gives nothing has a scale."""
 _LINEAR = 1e-3
 """Relative error up to which a correction counts as linear in its last layer: it is said in single precision."""
 
@@ -122,15 +127,31 @@ class LastLayer:
         return np.moveaxis(found, 0, -1), ((first + fresh) % every, tuple(kept))
 
     def adapted(self, values: Array, vehicle: Vehicle) -> NetworkModel:
-        """The network with the last layer that values (q,) make, beside a vehicle of the same thrusters."""
-        change = torch.as_tensor(values - self.start, dtype=torch.float32)
+        """The network with the last layer that values (q,) make, beside a vehicle of the same thrusters.
+
+        What it says of a command is what was followed, whatever the scales of the thrusters are now. Its interval was
+        of the trained layer, and is gone.
+        """
+        own, like = self._model.network, next(iter(self._stack.values()))
+        change = torch.as_tensor(values - self.start, dtype=like.dtype)
         head = {key: value + torch.tensordot(change, self._stack[key], 1) for key, value in self._trained.items()}
-        own = self._model.network
-        scaling = scaling_of(vehicle, own.scaling.inputs, own.scaling.output)
-        network = build(own.name, scaling, own.options)
-        network.load_state_dict({**own.state_dict(), **head})
+        inputs, ratio = own.scaling.inputs, self._thrust_ratio(vehicle)
+        moved = replace(inputs, mean=inputs.mean * ratio, scale=inputs.scale * ratio)
+        network = build(own.name, scaling_of(vehicle, moved, own.scaling.output), own.options).to(like.dtype)
+        limits = torch.as_tensor(ratio[: 3 + own.scaling.drives], dtype=like.dtype)
+        ends = {key: own.get_parameter(key) * limits for key in ("lower", "upper") if key in own.state_dict()}
+        kept = {key: value for key, value in own.state_dict().items() if key not in _CONSTANTS}
+        network.load_state_dict({**network.state_dict(), **kept, **head, **ends})
         network.gain = deepcopy(own.gain)
         return NetworkModel(vehicle, network, self._model.time_step, name=f"{self._model.name}, followed")
+
+    def _thrust_ratio(self, vehicle: Vehicle) -> Array:
+        """Of each input of a vehicle to that of the network's own, (inputs,): scales of thrusters are followed, too."""
+        before, ratio = self._model.vehicle, np.ones(self._model.network.width)
+        for k, pair in enumerate(zip(vehicle.thrusters, before.thrusters, strict=True)):
+            now, then = (one.scale * one.thrust_scale for one in pair)
+            ratio[3 + k] = max(now / then, _LEAST_RATIO) if then else 1.0
+        return ratio
 
     def _every(self, motion: Motion) -> int:
         """Rows of a motion in a step of a network that remembers; 1 for one that does not."""

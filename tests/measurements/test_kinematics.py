@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.measurements.compass import compass_of
+from undertow.measurements.compass import Compass, compass_of
 from undertow.measurements.kinematics import compass_shown, corrected_for, kinematics_of
 from undertow.physics.forces import apparent_wind
 from undertow.physics.motion import Motion, body_to_earth, earth_to_body
@@ -221,3 +221,9 @@ def test_a_boat_that_drifts_with_its_heading_has_a_sound_compass_where_the_gyro_
 def test_a_short_stretch_survives_its_correction():
     motion = sailed().slice(0, 30)
     assert corrected_for(motion, {"velocity_latency": 0.9, "position_latency": -0.6}).time.size == 30
+
+
+def test_a_boat_that_is_pushed_aside_on_every_heading_has_no_bent_compass():
+    known = {"size": 0.8, "error": 0.05, "explained": 0.9, "agree": 1.0}
+    assert Compass(0.6, 0.1, 0.05, **known).plain, "a sensor may be mounted askew by any angle"
+    assert not Compass(0.1, 0.75, 0.49, **known).plain

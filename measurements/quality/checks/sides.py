@@ -32,6 +32,8 @@ from ..response import (
 )
 from .swapped_channels import may_be_exchanged
 
+_REACH, _SHIFTS = 8.0, 33
+"""Delays of all commands that are tried in the place of a thruster that is reversed, both ways [s], and how many."""
 _LIKELY = 0.025
 """Chance below which an explanation of the log is called likely: on field logs of known wiring it never named a
 thruster that was right. Below `BY_CHANCE`, and at great odds, others are ruled out."""
@@ -192,12 +194,16 @@ def _reversed_in_vehicle(told: _Answers) -> Finding | None:
     if not found:
         return None
     name, size = max(found.items(), key=lambda pair: pair[1].share.value)
+    # Commands that are half a period late look reversed, too.
+    shifts = [size_by_model(told.records, delayed(seconds)) for seconds in np.linspace(-_REACH, _REACH, _SHIFTS)]
+    if max((one.share.value for one in shifts if one is not None), default=0.0) >= size.share.low:
+        return None
     line = f"'{name}: {{from: {source_of(told.records, name)}, {_turned(told.records, name)}}}'"
     facts = {
         "told": f"{called(told.records, name)} is reversed: with its thruster turned round, {size.share} of what the "
         "vehicle leaves of surge and yaw is gone",
         "names": name,
-        "cure": f"{line}{told.or_vehicle([name], 'curve or the angle')}",
+        "cure": f"{line}{told.or_vehicle([name], 'curve, the angle or the place')}",
     }
     return Fault(Kind.REVERSED, (name,), size, facts, unit="1").ruled()
 

@@ -137,8 +137,8 @@ def mixed_boat(wrong: str = "") -> Vehicle:
     return vehicle_from_dict({**BOAT.to_dict(), "thrusters": thrusters}, "mixed")
 
 
-@pytest.mark.parametrize("wrong", ["", "ar", "fl"])
-def test_one_of_four_mixed_thrusters_that_is_wired_the_wrong_way_is_told_by_the_vehicle(wrong: str):
+@pytest.mark.parametrize(("wrong", "late"), [("", 0.0), ("", 4.0), ("", 6.0), ("ar", 0.0), ("fl", 0.0)])
+def test_one_of_four_mixed_thrusters_that_is_wired_the_wrong_way_is_told_by_the_vehicle(wrong: str, late: float):
     rng, time = np.random.default_rng(4), np.arange(0.0, 150.0, 0.05)
     sticks = [np.interp(time, np.arange(0.0, 156.0, 6.0), rng.uniform(-12.0, 12.0, 26)) for _ in range(3)]
     boat, mixed = mixed_boat(), ((1, 1, 1), (1, -1, -1), (1, -1, 1), (1, 1, -1))
@@ -146,7 +146,8 @@ def test_one_of_four_mixed_thrusters_that_is_wired_the_wrong_way_is_told_by_the_
     driven = Motion(time, np.zeros((3000, 2)), np.zeros(3000), np.zeros((3000, 3)), commands, ("fl", "fr", "al", "ar"))
     states = rollout(mixed_boat(wrong), driven, np.array([0]), 2999).states[0] + rng.normal(0.0, 0.002, (3000, 6))
     columns = dict(zip(("x", "y", "psi", "u", "v", "r"), states.T, strict=True))
-    columns |= {f"newton_{t.name}": column for t, column in zip(boat.thrusters, commands.T, strict=True)}
+    recorded = np.roll(commands, -round(late / 0.05), axis=0)
+    columns |= {f"newton_{t.name}": column for t, column in zip(boat.thrusters, recorded.T, strict=True)}
     finding = told(Log(Path("mixed"), {n: Channel(n, time, c, n) for n, c in columns.items()}), "direction", boat)
     assert finding is not None
     assert finding.verdict == ("defect" if wrong else "cannot tell")

@@ -253,6 +253,12 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
             "follows the thrust of port sets in there; 'undertow adapt' tells which number changes.",
         ),
         (
+            "r from log c.csv on",
+            "a moment in yaw that follows r from log c.csv on; no name.",
+            "find out what is otherwise from log c.csv on, such as a payload, weed or the wind: a moment in yaw that "
+            "follows r is there alone. Or search each log by itself.",
+        ),
+        (
             "r northwest of -1.2 m",
             "a moment in yaw that follows r otherwise northwest of -1.2 m than elsewhere; no name.",
             "drive there and elsewhere once more, for a wall or a shoal may be the cause: a moment in yaw that follows "
