@@ -32,8 +32,6 @@ _STEP = 0.1
 """Share of it by which a column is taken: the motion is all but linear in so little."""
 _LEAST = 0.03
 """Difference of two currents that matters [m/s]: what `kinematics.LIMITS` has of a speed log's."""
-_LEAST_WIND = 0.05
-"""Difference of two winds that matters, as a share of the force of surge: what `find_persistent_residuals` tells."""
 _ROUNDS = 3
 """Estimates, each about the motion in the water of the one before."""
 _SETTLED = 0.003
@@ -102,7 +100,7 @@ def find_flows(basis: Basis) -> tuple[tuple[Flow, ...], tuple[Flow, ...]]:
     if wind_worth < worth:
         scale = float(search.force_scale[0])
         winds = _flows(logs, wind * _USUAL * scale)
-        return (), winds if _apart(winds) >= _LEAST_WIND * scale else ()
+        return (), winds if _apart(winds) >= search.settings.materiality * scale else ()
     return (flows, ()) if _apart(flows) >= _LEAST else ((), ())
 
 

@@ -27,7 +27,7 @@ from .network_model import NetworkModel, numbers, one_thread, scaling_of
 DIRECTIONS = 4
 """Directions of the layer that are followed on each axis beside its gain; `benchmarks/following.py` tries others."""
 _DRAWS = 24
-"""Chance changes of an axis's weights, of which the main directions are taken."""
+"""Chance changes of an axis's weights, of which the main directions are taken: six times as many as are followed."""
 CHANGE = 0.5
 """A plausible change of a gain, and of a direction in units of what the trained layer says."""
 _CONSTANTS = ("input_mean", "input_scale", "output_scale")

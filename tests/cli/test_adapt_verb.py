@@ -12,8 +12,10 @@ from verbs import call, done, refused
 
 import undertow
 from undertow.__main__ import app
+from undertow.discovery.calibration.following import Update
 from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.worlds.world import NOISE, World
+from undertow.reports.hull_diary import far_from_start
 from undertow.residuals.models.model_files import load_network, save_network
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
@@ -164,3 +166,9 @@ def test_the_last_layer_of_a_network_is_followed_rings_and_is_written(
     assert (before @ now) / (before @ before) == pytest.approx(2.0, abs=0.15)
     refused("adapt", log, "--vehicle", "otter", "--network", network, match="expected the vehicle that this network")
     refused("adapt", log, "--vehicle", "blueboat", "--network", tmp_path, match=r"expected a folder with model.yaml")
+
+
+def test_what_is_far_from_the_file_is_said_in_the_end():
+    update = Update(1.0, np.array([1.6, 1.2, 1.6]), np.array([0.05, 0.01, 0.4]), True, np.zeros(3), np.zeros(3))
+    start = {"port_scale": 1.0, "stbd_scale": 1.0, "net_yaw": 1.0}
+    assert far_from_start(update, start) == "port_scale 1.60 (file: 1.00)"

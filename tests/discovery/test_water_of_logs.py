@@ -24,7 +24,7 @@ LACKING = HULL.with_values({"X_uu": 0.0})
 @cache
 def day(log: str, seed: int, **surroundings: float) -> Motion:
     boat = HULL.with_values(surroundings)
-    return replace(World(boat, "rich", 90.0, seed).run(NOISE["field"]).motion(), source=log)
+    return replace(World(boat, "rich", 60.0, seed).run(NOISE["field"]).motion(), source=log)
 
 
 def of_days(*values: dict[str, float]) -> list[Motion]:
