@@ -22,7 +22,7 @@ help:
 	@echo "make demo   read a real Gazebo log, find the missing physics, add it, and watch the error fall"
 	@echo "make shell  open a shell in which 'undertow' is a command"
 	@echo "make test   run the tests"
-	@echo "make test-app   run the tests of the workbench in a browser, which is installed where there is none"
+	@echo "make test-app   run all tests of the workbench in a browser, which is installed where there is none"
 	@echo "make lint   check style, format and types; make lint-tests types of tests and studies"
 	@echo "make bench  build the site, run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
@@ -45,7 +45,7 @@ test-app: $(READY)
 	@$(BIN)/python -c 'from undertow.workflows.report import find_browser as f; f()' 2>/dev/null \
 		|| { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && apt-get install -y -qq chromium; } \
 		|| $(BIN)/python -m playwright install chromium
-	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest tests/app
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --all tests/app
 
 # The variable keeps pyright from asking the npm registry for a newer version.
 lint: $(READY)
