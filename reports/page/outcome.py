@@ -79,7 +79,13 @@ def hero(steps: Sequence[Step], deciding: str = "") -> Hero:
     horizon = pick_horizon(list(steps[0].rollout_rmse), deciding or LEAD)
     known = [name for name in ROLLOUT_UNITS if any(isfinite(step.rollout(horizon).of(name)) for step in steps)]
     metric = known[0] if known else "position"
-    return Hero(horizon, metric, *(step.rollout(horizon).of(metric) for step in (steps[0], steps[-1])))
+    ends = {name: tuple(step.rollout(horizon).of(name) for step in (steps[0], steps[-1])) for name in ROLLOUT_UNITS}
+    share = {name: after / before if before > 0.0 else 1.0 for name, (before, after) in ends.items()}
+    # Over two seconds a place is mostly the receiver's noise: a speed tells what was done to the model.
+    if horizon != LEAD and known and abs(share[metric] - 1.0) <= _LEVEL:
+        least = min(known, key=lambda name: share[name])
+        metric = least if share[least] < 1.0 - _TENTH else metric
+    return Hero(horizon, metric, *ends[metric])
 
 
 _MORE = 2

@@ -4,6 +4,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from sample_run import write_sample
@@ -552,3 +554,14 @@ def test_the_page_says_it_under_its_headline(tmp_path: Path):
     said = str(page(replace(run, comparison=run.comparison.but(models=tuple(poor)))))
     _, _, after = said.partition("</h1>")
     assert re.match(r'\s*<p class="warn">[\w ]+ errs more than a guess [^<]*sway \(R² -32\)', after)
+
+
+@pytest.mark.parametrize(
+    ("horizon", "position", "led"), [("2", 0.15, "yaw"), ("2", 0.1, "position"), ("10", 0.15, "position")]
+)
+def test_where_two_seconds_decide_and_no_place_changes_a_speed_leads(horizon: str, position: float, led: str):
+    def step(place: float, yaw: float) -> Any:
+        errors = {"position": place, "surge": 0.03, "sway": 0.04, "yaw": yaw}
+        return SimpleNamespace(rollout_rmse={horizon: errors}, rollout=lambda _: SimpleNamespace(of=errors.get))
+
+    assert hero([step(0.15, 0.045), step(position, 0.004)], horizon).metric == led
