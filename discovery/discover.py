@@ -194,10 +194,6 @@ def find_missing(
     return replace(found, findings=in_winds(found.findings, winds))
 
 
-_CALM = 0.05
-"""Share of the strongest wind below which a log's is told as less than that."""
-
-
 def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
     """Findings of logs that ask for a wind each, which one model does not hold.
 
@@ -206,10 +202,7 @@ def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
     findings : of all logs at once
     winds : of each log [N]
     """
-    least = _CALM * max(float(np.hypot(north, east)) for _, north, east in winds)
-    told = (
-        f"{sentence_of(winds, 'The wind pushes with', 'N', least)}; one model holds one wind, so search each log alone."
-    )
+    told = f"{sentence_of(winds, 'The wind pushes with', 'N')}; one model holds one wind, so search each log alone."
     headline = findings.headline
     if findings.verdict == "undecided":
         headline = "Undecided: the wind differs from log to log, and one model holds one wind."

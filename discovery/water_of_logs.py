@@ -12,13 +12,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..measurements.compass import remeasured
+from ..measurements.kinematics import LIMITS
+from ..physics.effects import PARAMETERS
 from ..physics.motion import Array, Motion, earth_to_body
 from ..physics.presentation import listing, number, short_names
 from .balance.weak_form import WeakForm
 from .basis import Basis
 from .effect_findings import FittedTerm
+from .evidence.unexplained import fit_all_forces
 from .evidence.weighing import CERTAINLY
-from .search.floating import Search, State
+from .search.floating import Search
 from .search.rival_explanations import search_with_record_errors
 
 Flow = tuple[str, float, float]
@@ -27,21 +30,12 @@ Flow = tuple[str, float, float]
 CURRENT, WIND = ("current_north", "current_east"), ("wind_force_north", "wind_force_east")
 """The numbers of a vehicle of which logs have their own."""
 _USUAL = 0.2
-"""A current that is nothing unusual [m/s], which regularises a fit; of a wind, the same share of the force of surge."""
-_STEP = 0.1
-"""Share of it by which a column is taken: the motion is all but linear in so little."""
-_LEAST = 0.03
-"""Difference of two currents that matters [m/s]: what `kinematics.LIMITS` has of a speed log's."""
-_ROUNDS = 3
-"""Estimates, each about the motion in the water of the one before."""
-_SETTLED = 0.003
-"""Change of all currents from which they stay [m/s]."""
+"""A current that is nothing unusual [m/s], which regularises a fit; of a wind, the same share of the force of surge.
+Half and twice as much give the same currents to a millimetre a second (a test holds it)."""
+LEAST = LIMITS["water_north"][0]
+"""Difference of two currents that matters [m/s]: what does of a speed log's."""
 _OF_WATER = frozenset({"steady_current", "turning_current", "mean_wind"})
 """Effects that are one current or wind for all logs."""
-_RANK = 1e-6
-"""Singular value of all columns together, over the largest, below which a direction is rounding."""
-_TOLD = 6
-"""Logs of which it is told."""
 
 
 def in_water(motion: Motion, north: float, east: float) -> Motion:
@@ -87,63 +81,62 @@ def find_flows(basis: Basis) -> tuple[tuple[Flow, ...], tuple[Flow, ...]]:
         return (), ()
     pool = [candidate for candidate in basis.force_search.pool if candidate.effect.name not in _OF_WATER]
     search = Search(forces, basis.nominal, pool, basis.force_search.settings)
-    begin = search.evaluate(search.nominal, ())
     least = CERTAINLY + 2.0 * (len(logs) - 1) * search.settings.price
     kinds = [_currents(forces, search), _winds(forces, search)]
-    asked = [_gain(search, begin, columns, logs) for columns in kinds]
+    asked = [_gain(forces, search, columns, logs) for columns in kinds]
     if max(asked) < least:
         return (), ()
-    flows, gain, worth = _currents_of_logs(basis, search, begin, kinds[0], logs)
-    wind, other, wind_worth = _fitted(search, begin, kinds[1], logs)
+    flows, gain, worth = _currents_of_logs(basis, search, kinds[0], logs)
+    wind, other, wind_worth = _fitted(forces, search, kinds[1], logs)
     if max(gain, other) < least:
         return (), ()
     if wind_worth < worth:
         scale = float(search.force_scale[0])
-        winds = _flows(logs, wind * _USUAL * scale)
-        return (), winds if _apart(winds) >= search.settings.materiality * scale else ()
-    return (flows, ()) if _apart(flows) >= _LEAST else ((), ())
+        material = search.settings.materiality * scale
+        pushes = wind * _USUAL * scale
+        pushes[np.linalg.norm(pushes, axis=1) < material] = 0.0
+        winds = _flows(logs, pushes)
+        return (), winds if _apart(winds) >= material else ()
+    return (flows, ()) if _apart(flows) >= LEAST else ((), ())
 
 
 def _currents_of_logs(
-    basis: Basis, search: Search, begin: State, columns: Array, logs: Sequence[str]
+    basis: Basis, search: Search, columns: Array, logs: Sequence[str]
 ) -> tuple[tuple[Flow, ...], float, float]:
     """Currents of each log, what they earn more than one for all, and their worth, see `_fitted`.
 
     A column is straight and drag is not, so each estimate is about the motion in the water of the one before, as long
-    as that is worth more.
+    as changes matter and grow less.
     """
-    rest, gain, worth = _fitted(search, begin, columns, logs)
-    flows, pool = _flows(logs, rest * _USUAL), search.pool
-    for _ in range(_ROUNDS - 1):
-        own = _in_own_water(basis, flows)
-        moved = Search(own, basis.nominal, pool, search.settings)
-        rest, _, again = _fitted(moved, moved.evaluate(moved.nominal, ()), _currents(own, moved), logs)
-        table = np.array([flow[1:] for flow in flows])
-        total = table / _USUAL + rest
+    rest, gain, worth = _fitted(basis.forces, search, columns, logs)
+    total, last = rest, np.inf
+    while LEAST <= np.abs(rest).max() * _USUAL < last:
+        last = np.abs(rest).max() * _USUAL
+        flows = _flows(logs, total * _USUAL)
+        motions = [in_water(motion, *flow_of(motion, flows)) for motion in basis.forces.motions]
+        own = WeakForm(motions, basis.settings.weak)
+        moved = Search(own, basis.nominal, search.pool, search.settings)
+        rest, _, again = _fitted(own, moved, _currents(own, moved), logs)
+        total = total + rest
         again += 0.5 * float((total**2).sum() - (rest**2).sum())  # a usual current costs a half, wherever it is counted
-        if again >= worth:
-            break
-        gain, worth, flows = gain + worth - again, again, _flows(logs, total * _USUAL)
-        if np.abs(rest).max() * _USUAL < _SETTLED:
-            break
-    return flows, gain, worth
+        gain, worth = max(gain, gain + worth - again), min(worth, again)
+    return _flows(logs, total * _USUAL), gain, worth
 
 
-def sentence_of(flows: Sequence[Flow], what: str, unit: str, least: float = _LEAST) -> str:
-    """The flows of logs in words, such as "The water moves at 0.20 m/s towards 14 degrees in a.csv".
+def sentence_of(flows: Sequence[Flow], what: str, unit: str) -> str:
+    """The flows of logs in words, such as "the water moves at 0.20 m/s towards 14 degrees in a.csv".
 
     Parameters
     ----------
-    what, unit : how it begins, and the unit of a flow
-    least : of a flow that is told
+    what, unit : how it begins, such as "the water moves at", and the unit of a flow; a current that does not matter,
+        and a wind of nothing, is told as next to nothing
     """
-    told, names = [], short_names([log for log, *_ in flows])
-    for (_, north, east), name in list(zip(flows, names, strict=True))[:_TOLD]:
+    told, least = [], LEAST if unit == "m/s" else 0.0
+    for (_, north, east), name in zip(flows, short_names([log for log, *_ in flows]), strict=True):
         size = float(np.hypot(north, east))
         towards = f"{number(size, 2)} {unit} towards {round(np.degrees(np.arctan2(east, north))) % 360} degrees"
-        told.append(f"{towards if size >= least else f'less than {least:.2g} {unit}'} in {name}")
-    more = [f"otherwise in {len(flows) - _TOLD} logs more"] * (len(flows) > _TOLD)
-    return f"{what} {listing([*told, *more])}"
+        told.append(f"{towards if size > least else 'next to nothing'} in {name}")
+    return f"{what} {listing(told)}"
 
 
 def flow_terms(flows: Sequence[Flow], symbols: tuple[str, str], unit: str) -> tuple[FittedTerm, ...]:
@@ -165,17 +158,12 @@ def _apart(flows: Sequence[Flow]) -> float:
     return float(np.linalg.norm(table[:, None] - table[None], axis=2).max()) if flows else 0.0
 
 
-def _in_own_water(basis: Basis, flows: Sequence[Flow]) -> WeakForm:
-    """The force balance of all logs, each in its own water."""
-    return WeakForm([in_water(motion, *flow_of(motion, flows)) for motion in basis.forces.motions], basis.settings.weak)
-
-
 def _currents(forces: WeakForm, search: Search) -> Array:
     """What a usual current to the north and to the east adds to the balance of all logs, (tests, 3, 2)."""
-    balance, vehicle = forces, search.nominal
-    rest, size = balance.residual(vehicle), _STEP * _USUAL
-    moved = [[in_water(m, north, east) for m in balance.motions] for north, east in ((size, 0.0), (0.0, size))]
-    return np.stack([(rest - balance.recorded(motions, vehicle)) / _STEP for motions in moved], axis=2)
+    vehicle, size = search.nominal, PARAMETERS[CURRENT[0]].step
+    rest = forces.residual(vehicle)
+    moved = [[in_water(m, north, east) for m in forces.motions] for north, east in ((size, 0.0), (0.0, size))]
+    return np.stack([(rest - forces.recorded(motions, vehicle)) * (_USUAL / size) for motions in moved], axis=2)
 
 
 def _winds(forces: WeakForm, search: Search) -> Array:
@@ -186,36 +174,21 @@ def _winds(forces: WeakForm, search: Search) -> Array:
     return _USUAL * float(search.force_scale[0]) * np.stack([forces.average(s) for s in series], axis=2)
 
 
-def _by_log(search: Search, columns: Array, logs: Sequence[str]) -> Array:
+def _by_log(forces: WeakForm, columns: Array, logs: Sequence[str]) -> Array:
     """The columns of each log alone, (tests, 3, 2 logs)."""
-    number = np.array([logs.index(motion.source) for motion in search.balance.motions])[search.balance.reach[0]]
+    number = np.array([logs.index(motion.source) for motion in forces.motions])[forces.reach[0]]
     return np.concatenate([columns * (number == k)[:, None, None] for k in range(len(logs))], axis=2)
 
 
-def _gain(search: Search, begin: State, columns: Array, logs: Sequence[str]) -> float:
+def _gain(forces: WeakForm, search: Search, columns: Array, logs: Sequence[str]) -> float:
     """What flows of each log earn more than one for all beside every force, free on each axis [log-likelihood]."""
-    linear = search.about(begin)[0]
-    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
-    free = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
-    gain = 0.0
-    for axis, floor in enumerate(search.floor):
-        forces, rest = linear.columns[:, axis, free], linear.columns[:, axis, -1]
-        same, each = (np.column_stack([forces, c[:, axis]]) for c in (columns, _by_log(search, columns, logs)))
-        one, other = (_left(table, rest) + floor for table in (same, each))
-        gain += 0.5 * search.balance.independent * float(np.log(one / other))
-    return gain
+    one, each = (fit_all_forces(forces, search, c).error ** 2 for c in (columns, _by_log(forces, columns, logs)))
+    return 0.5 * forces.independent * float(np.log((one + search.floor) / (each + search.floor)).sum())
 
 
-def _left(columns: Array, target: Array) -> float:
-    """Mean square that columns (n, p) leave of a target (n,)."""
-    size = np.linalg.norm(columns, axis=0)
-    vectors, values, _ = np.linalg.svd(columns[:, size > 0.0] / size[size > 0.0], full_matrices=False)
-    known = vectors[:, values > _RANK * values[0]]
-    return float(np.mean((target - known @ (known.T @ target)) ** 2))
-
-
-def _fitted(search: Search, begin: State, columns: Array, logs: Sequence[str]) -> tuple[Array, float, float]:
+def _fitted(forces: WeakForm, search: Search, columns: Array, logs: Sequence[str]) -> tuple[Array, float, float]:
     """Flows of each log (logs, 2) beside the effects that explain most, what they earn more than one, and the worth."""
+    begin = search.evaluate(search.nominal, ())
     same = search_with_record_errors(search, columns, begin)
-    each = search_with_record_errors(search, _by_log(search, columns, logs), begin)
+    each = search_with_record_errors(search, _by_log(forces, columns, logs), begin)
     return each.errors.reshape(-1, 2), same.worth() - each.worth(), each.worth()

@@ -22,7 +22,7 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.scores import HORIZONS, evaluate
 from ..residuals.series import series
 from .run_folder.moved_files import UNMOVED, Moved
-from .run_folder.read import read_run_inputs
+from .run_folder.read import read_findings, read_run_inputs
 from .run_folder.run_files import check_page
 from .run_folder.write import write_comparison
 from .whole_answer import network_of
@@ -172,11 +172,12 @@ def _compared(
 
 def _found_in_water(path: PathLike) -> bool:
     """True for a run, or its model, whose logs had each a current of its own."""
-    run = Path(path) if Path(path).is_dir() else Path(path).parent
+    file = (Path(path) if Path(path).is_dir() else Path(path).parent) / "findings.json"
     try:
-        return f'"{WATER}"' in (run / "findings.json").read_text("utf-8")
+        found = read_findings(file.read_bytes(), file)
     except (OSError, ValueError):
-        return False
+        return False  # no run, or one of which whoever reads it complains
+    return any(sensor.correction == WATER for sensor in found.sensors)
 
 
 MARGIN = 0.2

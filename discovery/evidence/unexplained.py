@@ -299,13 +299,17 @@ class Unexplained:
         return large | ((self.error > _LOUD * self.noise) & self.sensed)
 
 
-def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
+def fit_all_forces(weak: WeakForm, search: Search, more: Array | None = None) -> Unexplained:
     """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
 
     Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
     that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
     the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
     their main directions only, three independent tests each.
+
+    Parameters
+    ----------
+    more : forces beside them (tests, 3, columns)
     """
     linear, features = _forces(weak, search)
     inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
@@ -314,7 +318,8 @@ def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
     error = np.zeros(3)
     for axis in range(3):
         other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
-        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other]))
+        beside = [] if more is None else [more[:, axis]]
+        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other, *beside]))
         vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
         rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
         vectors = vectors[:, :rank]

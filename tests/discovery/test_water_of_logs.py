@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from undertow.discovery import water_of_logs
 from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.discover import find_missing, in_winds
 from undertow.discovery.findings import Findings
@@ -55,6 +56,15 @@ def test_a_log_in_its_water_is_one_in_still_water():
 @pytest.mark.parametrize("own", [(CURRENTS[0], CURRENTS[0]), ({}, {}), (CURRENTS[0],)])
 def test_one_current_for_all_logs_is_no_reason(own: tuple[dict[str, float], ...]):
     assert find_flows(choose_balance(of_days(*own), LACKING, DiscoverySettings())) == ((), ())
+
+
+@pytest.mark.parametrize("usual", [0.1, 0.4])
+def test_what_a_current_usually_is_decides_nothing(usual: float, monkeypatch: pytest.MonkeyPatch):
+    basis = choose_balance(of_days(*CURRENTS), LACKING, DiscoverySettings())
+    before, _ = find_flows(basis)
+    monkeypatch.setattr(water_of_logs, "_USUAL", usual)
+    after, _ = find_flows(basis)
+    assert np.array([f[1:] for f in after]) == pytest.approx(np.array([f[1:] for f in before]), abs=1e-3)
 
 
 def test_a_wind_of_each_log_is_told_as_such():
