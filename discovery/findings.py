@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
@@ -11,7 +12,7 @@ from ..physics.effects import COMMAND_OFFSET, canonical
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.momentum_balance import HYDRODYNAMIC
 from ..physics.motion import AXES
-from ..physics.presentation import Card, each, from_above, listing, number, percent, unit_text
+from ..physics.presentation import Card, each, from_above, listing, number, percent, unit_text, words
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .effect_findings import EffectFinding, FittedTerm, Folds, rounded_probability
 from .identifiability.rehearsal import Identifiability
@@ -311,6 +312,63 @@ class NamelessForce(Record):
         return not (self.local or self.sets_in or re.search(r"the (time|place)|heading|from (log|part)", self.follows))
 
 
+class BoatChange(Record):
+    """An effect that has another size from some instant of the logs on.
+
+    Attributes
+    ----------
+    effect : the effect, with its thruster where it concerns one
+    terms : by how much each of its numbers changes
+    log, logs : the log in which it does, and how many there are
+    minute, minutes95 : when, with its 95 % interval [min]; None where it is where the log begins
+    alike : effects that would change as well in its place
+    since : True where the rows since then were searched, False where those before
+    """
+
+    effect: str
+    terms: tuple[FittedTerm, ...]
+    log: str
+    logs: Whole = 1
+    minute: Number | None = None
+    minutes95: Interval | None = None
+    alike: tuple[str, ...] = ()
+    since: Flag = True
+
+    @property
+    def when(self) -> str:
+        """The instant, such as "minute 2.0 of a.csv"."""
+        name = Path(self.log).name
+        if self.minute is None:
+            return f"log {name}"
+        return f"minute {self.minute:.1f}{f' of {name}' if self.logs > 1 else ''}"
+
+    @property
+    def what(self) -> str:
+        """The effect, and those that would do as well, such as "thruster asymmetry of port"."""
+        return listing([words(key) for key in (self.effect, *self.alike)], "or")
+
+    @property
+    def begins(self) -> str:
+        """How a headline begins that goes on with a verdict on one part of the logs."""
+        by = [f"{t.symbol} by {number(t.value, 2)} {unit_text(t.unit)}".strip() for t in self.terms]
+        return (
+            f"The boat changes at {self.when}: {self.what} ({listing(by)}). {'Since' if self.since else 'Before'} then:"
+        )
+
+    @property
+    def in_words(self) -> str:
+        """The finding in sentences, with what was done about it."""
+        ends = self.minutes95 or Interval(0.0, 0.0)
+        within = (
+            f" (between {ends.lower:.2f} and {ends.upper:.2f})" if f"{ends.lower:.1f}" != f"{ends.upper:.1f}" else ""
+        )
+        sizes = listing([term.in_words.replace(" = ", " changes by ", 1) for term in self.terms])
+        return (
+            f"From {self.when}{within} on the boat is another: {sizes} ({self.what}). One vehicle file holds one boat, "
+            f"so all that follows is of the longer part, the rows {'since' if self.since else 'before'} then."
+        )
+
+
 class OtherForm(NamelessForce):
     """Force on an axis that follows a signal, and that nothing which was selected explains, or explains as well.
 
@@ -397,6 +455,7 @@ class Findings(Card, Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis, or to the north or east where none lasts on an axis
+    change : an effect that has another size from some instant on; then all else is of one part of the logs
     winds : of several logs that ask for a wind each, its force to the north and east, the log as `form`
     passing : where rollouts judge, shares of the force at work that come and go within seconds, by axis, largest first
     other_forms : what the rest of the model follows; and last, of an undecided log, what explains more in the place of
@@ -429,6 +488,7 @@ class Findings(Card, Record):
     unnamed: tuple[FittedTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
     rests: tuple[PersistentResidual, ...] = ()
+    change: BoatChange | None = absent()
     winds: tuple[FittedTerm, ...] = Field(default=(), exclude_if=lambda value: not value)
     passing: Mapping[str, Number] = Field(default={}, exclude_if=lambda value: not value)
     other_forms: tuple[OtherForm, ...] = ()

@@ -339,13 +339,20 @@ def finish(fit: ForceFit, say: Say) -> SearchResult:
     return search_on_rollouts(fit.rolling, say)
 
 
+def search_of(basis: Basis) -> tuple[Search, FreeParameters | None]:
+    """The search on the force balance of a log, and what of the file's numbers is fitted in all its models."""
+    weak = basis.forces
+    if not basis.settings.refit or weak.claimed:
+        return basis.force_search, None
+    free = free_parameters(weak, basis.nominal, basis.pool, basis.settings.search)
+    return Search(weak, basis.nominal, free.pool, basis.settings.search), free
+
+
 def _search(basis: Basis, say: Say) -> ForceFit:
     """Search the catalogue on a force balance."""
-    weak, search, free = basis.forces, basis.force_search, None
-    if basis.settings.refit and not weak.claimed:
-        free = free_parameters(weak, basis.nominal, basis.pool, basis.settings.search)
+    search, free = search_of(basis)
+    if free is not None:
         say(free.sentence)
-        search = Search(weak, basis.nominal, free.pool, basis.settings.search)
     rehearsal = rehearse(search, basis.nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, basis.nominal, search.nuisances, plausible).sentence)

@@ -420,7 +420,11 @@ def _alignment(log: Log, motion: Motion) -> tuple[Alignment, ...]:
         ahead, starboard = earth_to_body(motion.heading, north, east)
         found.append(align("the speed made good ahead", "the surge speed u", (ahead, motion.velocity[:, 0]), step))
         if "v" in log.channels:
-            pair = (starboard, motion.velocity[:, 1])
+            _, v, r = motion.velocity.T
+            # An antenna ahead of the origin goes to the other side in turns, as far as it is ahead of the pivot.
+            arm = float((starboard - v) @ r) / max(float(r @ r), 1e-300)
+            turned = float(np.square(starboard + v).sum()) < float(np.square(starboard - v - arm * r).sum())
+            pair = (starboard if turned else starboard - arm * r, v)
             found.append(align("the speed made good to starboard", "the sway speed v", pair, step))
     return tuple(found)
 

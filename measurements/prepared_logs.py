@@ -267,6 +267,14 @@ class Inputs(Card):
         )
         return replace(self, weak=weak, parts=replace(self.parts, split=parts))
 
+    def within(self, part: Callable[[Motion], tuple[Motion, ...]]) -> "Inputs":
+        """The same of some rows alone: those pieces of each motion that `part` gives."""
+        weak, parts = (
+            Split(*(data.within(part) for data in (split.train, split.validation, split.test)))
+            for split in (self.weak, self.parts.split)
+        )
+        return replace(self, weak=weak, parts=replace(self.parts, split=parts))
+
     def leaving(self, left: Collection[str]) -> "Inputs":
         """The same with some errors of the sensors left in the motions.
 

@@ -10,12 +10,13 @@ import numpy as np
 from ..comparison import comparison as comparing
 from ..comparison.comparison import Judged, comparison, judge_all
 from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
-from ..comparison.recommendation import best, shares_of_error
+from ..comparison.recommendation import Best, best, shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, DiscoverySettings, choose_balance
+from ..discovery.changed_boat import find_change, searched
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
-from ..discovery.findings import WATER, Findings, LogFacts, SensorError, Step, Unexplained
+from ..discovery.findings import WATER, BoatChange, Findings, LogFacts, SensorError, Step, Unexplained
 from ..discovery.judgement import odds
 from ..discovery.run_models import resolve_names, values_of_step
 from ..discovery.sensor_error_search import HiddenErrors
@@ -76,14 +77,32 @@ def discover(
     inputs = inputs.whole()
     basis = basis or choose_balance(inputs.fitting, inputs.vehicle, chosen)
     chosen = basis.settings
+    change = find_change(basis, progress or _quiet)
+    if change is not None:
+        inputs = _since(change, inputs, progress or _quiet)
+        basis = choose_balance(inputs.fitting, inputs.vehicle, settings or DiscoverySettings())
+        chosen = basis.settings
     inputs, folds = _in_folds(inputs, basis)
     with run_in_fork(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
+        if change is not None:
+            reasons = (change.in_words, *found.findings.reasons)
+            found = replace(found, findings=found.findings.but(change=change, reasons=reasons))
         trim_memory()
         if found.basis.uses_rollouts == basis.uses_rollouts:
             return assess(inputs, found, chosen, known, progress, earned=True)
     with run_in_fork(partial(references, inputs, found.basis, folds)) as known:  # calibrated on rollouts, too
         return assess(inputs, found, chosen, known, progress, earned=True)
+
+
+def _quiet(text: str) -> None:
+    """Say nothing."""
+
+
+def _since(change: BoatChange, inputs: Inputs, say: Say) -> Inputs:
+    """The part of the logs that is searched where a boat changes."""
+    say(change.in_words)
+    return inputs.within(partial(searched, change, list(inputs.starts)))
 
 
 @single_threaded
@@ -130,6 +149,8 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
+    if findings is not None and findings.change is not None:
+        inputs = _since(findings.change, inputs, _quiet)
     findings = _of_these_logs(findings, inputs)
     hidden = HiddenErrors.of_findings(findings.sensors, list(inputs.starts)) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
@@ -288,11 +309,11 @@ def _predicts_better(
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
-    better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
-    well the one with fewer guesses holds elsewhere. So do the numbers of the file, unless others are better, materially
-    and by more than chance. Material is what part of the nominal model's error it is: a ratio of two errors near
-    nothing says nothing.
+    What is named has to be worse on rows that no model saw, materially and by more than chance. What has no sure name
+    has to be materially better, and to keep the laws that the nominal model keeps, or it only follows this log: of
+    models that predict as well the one with fewer guesses holds elsewhere. So do the numbers of the file, unless others
+    are better, materially and by more than chance. Material is what part of the nominal model's error it is: a ratio of
+    two errors near nothing says nothing.
 
     Parameters
     ----------
@@ -306,13 +327,20 @@ def _predicts_better(
     shares = np.sqrt(shares_of_error([judged.errors for judged in every], motion)).tolist()
     least = min(shares[: len(adding_nothing)])
     if corrected is not None and named:
-        return None if shares[-1] <= least + MATERIAL else adding_nothing[shares.index(least)]
+        rival = adding_nothing[shares.index(least)]
+        surely = any(margin.verdict == "better" for margin in _of((corrected, rival)).margins)
+        return rival if surely and shares[-1] > least + MATERIAL else None
     if corrected is not None and shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal):
         return None
-    surest = best([(one.model, one.errors, one.audit) for one in adding_nothing])
+    surest = _of(adding_nothing)
     if surest.model == CALIBRATED and shares[1] <= shares[0] - MATERIAL:
         return adding_nothing[1]
     return None if corrected is None else nominal
+
+
+def _of(models: Sequence[Judged]) -> Best:
+    """Which of some models to trust, and how the others compare with the first."""
+    return best([(one.model, one.errors, one.audit) for one in models])
 
 
 def _shows_places(model: Judged, guesses: Sequence[Judged]) -> bool:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.statistics.blocks import block_scores, sandwich
+from ...measurements.statistics.blocks import block_scores, sandwich, student
 from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
@@ -32,7 +32,7 @@ _LEAST_SHARE = 0.15
 size."""
 _TURNING = 0.3
 """Share of the root mean square yaw rate from which a boat turns to a side: one of the cuts that are tried."""
-_ERRORS = 2.13
+ERRORS = student(15, 0.975)
 """Standard errors of a 95 % interval, by which two sizes may differ by chance, with the 15 degrees of freedom of 16
 blocks."""
 ENOUGH_BLOCKS = 5
@@ -97,7 +97,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             inside = np.tile(region.tests, 3)
             split = _split(rows, own, inside)
             clear = [_split(copy, own, inside) for copy in noise]
-            change, covariance = _fitted(split, clear, block)
+            change, covariance = fitted_by_blocks(split, clear, block)
             for place, (symbol, start, *_) in enumerate(option.numbers):
                 pair = [place, len(own) + place]  # in the part, and in the rest
                 if min(effective_blocks(split[:, k], block) for k in pair) < ENOUGH_BLOCKS:
@@ -129,7 +129,7 @@ class _Sizes(NamedTuple):
     def told(self, names: tuple[str, str], symbol: str, start: float) -> list[Part]:
         """Both numbers, as the findings report them; `start` is that in the model."""
         values = start + self.change
-        reach = _ERRORS * np.sqrt(np.diag(self.covariance))
+        reach = ERRORS * np.sqrt(np.diag(self.covariance))
         ends = [Interval(float(v - w), float(v + w)) for v, w in zip(values, reach, strict=True)]
         rows = zip(names, values.tolist(), ends, strict=True)
         return [Part(where=name, symbol=symbol, value=value, ci95=end) for name, value, end in rows]
@@ -154,12 +154,12 @@ class _Sizes(NamedTuple):
     @property
     def relative_gap(self) -> float:
         """The gap beyond its error, as a share of the size in the model."""
-        return max(self.gap - _ERRORS * self.error, 0.0) / max(self.whole, 1e-12)
+        return max(self.gap - ERRORS * self.error, 0.0) / max(self.whole, 1e-12)
 
     @property
     def excess(self) -> float:
         """Half of the gap that its error does not explain."""
-        return 0.5 * float(np.sqrt(max(self.gap**2 - (_ERRORS * self.error) ** 2, 0.0)))
+        return 0.5 * float(np.sqrt(max(self.gap**2 - (ERRORS * self.error) ** 2, 0.0)))
 
 
 def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
@@ -168,7 +168,7 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
 
 
-def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> tuple[Array, Array]:
+def fitted_by_blocks(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> tuple[Array, Array]:
     """Least squares of the last column on the others, cleared of noise: change, and covariance by whole blocks."""
     gram = rows.T @ rows
     if noise:

@@ -18,6 +18,7 @@ from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.presentation import listing, words
 from ...physics.vehicle import Vehicle
+from ..balance.shooting import TRIFLE
 from ..candidates.candidate import Candidate, Kind, limit_at
 from ..effect_findings import EffectFinding, FittedTerm, Reason, found_terms
 from ..findings import Findings, SensorError
@@ -30,9 +31,6 @@ STRAIGHT_RUNS = "compass_on_straight_runs"
 """Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
-_DEVIATING = 0.03
-"""Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
-deviates by 0.02 rad, which does not matter, makes, by theory, up to 0.02 of it, and a scale matters from 0.01 on."""
 
 
 def record_errors(
@@ -142,8 +140,8 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     for source in sources:
         known = turning_of([motion for motion in motions if motion.source == source])
         scale, _ = known.values.get("gyro_scale", (1.0, 0.0))
-        if not (known.present or known.beyond) or abs(scale - 1.0) <= _DEVIATING:
-            continue
+        if not (known.present or known.beyond) or abs(scale - 1.0) <= TRIFLE:
+            continue  # a compass that deviates by 0.02 rad makes up to 0.02
         name = f"{Path(source).name}: " if len(sources) > 1 else ""
         text = (
             f"{name}The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or "

@@ -30,16 +30,18 @@ _TRIALS = 4
 """Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
 
 
-def search_with_record_errors(search: Search, errors: Array, final: State) -> "RecordErrorFit":
+def search_with_record_errors(
+    search: Search, errors: Array, final: State, noise: Array | None = None
+) -> "RecordErrorFit":
     """The model to which a found one leads when effects go, come and change places beside errors of the record.
 
     Parameters
     ----------
-    errors : columns of the errors about the found model, see `Beside`
+    errors, noise : columns of the errors about the found model, see `RecordErrorFit`
     """
-    here = RecordErrorFit(search, errors, final)
+    here = RecordErrorFit(search, errors, final, noise)
     for _ in range(_CHANGES):
-        trials = (RecordErrorFit(search, errors, state) for state in here.neighbours())
+        trials = (RecordErrorFit(search, errors, state, noise) for state in here.neighbours())
         better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
         if better is None:
             break
@@ -54,9 +56,10 @@ class RecordErrorFit:
     ----------
     errors : columns of them (tests, 3, errors), each for as much of an error as is usual
     state : the model
+    noise : (copies, tests, 3, errors) what sensor noise adds to them; None for nothing
     """
 
-    def __init__(self, search: Search, errors: Array, state: State) -> None:
+    def __init__(self, search: Search, errors: Array, state: State, noise: Array | None = None) -> None:
         self.state, self._search = state, search
         self._half = 0.5 * search.balance.independent
         self._linear, self._scores, self._now = search.about(state)
@@ -65,9 +68,10 @@ class RecordErrorFit:
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
         self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
         self._blur = np.zeros_like(self._gram)  # what noise of sensors adds to it: inertia would take it for motion
-        for copy in self._linear.noise:
-            laid = copy.transpose(1, 2, 0)
-            self._blur[:, self._errors :, self._errors :] += laid @ laid.swapaxes(1, 2) / laid.shape[2]
+        for place, copy in enumerate(self._linear.noise):
+            added = np.zeros_like(errors) if noise is None else noise[place]
+            laid = np.concatenate([added, copy], axis=2).transpose(1, 2, 0)
+            self._blur += laid @ laid.swapaxes(1, 2) / laid.shape[2]
         self._blur /= max(len(self._linear.noise), 1)
 
     def neighbours(self) -> Iterator[State]:

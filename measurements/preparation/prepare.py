@@ -118,6 +118,11 @@ class DataSet:
         raw = None if self.unfiltered is None else tuple(map(change, self.unfiltered))
         return replace(self, motions=tuple(map(change, self.motions)), unfiltered=raw)
 
+    def within(self, part: Callable[[Motion], tuple[Motion, ...]]) -> "DataSet":
+        """The same of some rows alone: those pieces of each motion that `part` gives."""
+        raw = None if self.unfiltered is None else tuple(piece for m in self.unfiltered for piece in part(m))
+        return replace(self, motions=tuple(piece for m in self.motions for piece in part(m)), unfiltered=raw)
+
     @property
     def raw(self) -> tuple[Motion, ...]:
         """The motions without filter."""

@@ -20,7 +20,7 @@ from ..log import Log
 from ..statistics.blocks import interval, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
-from .lags import Pieces, beside_drift, blocks_of_pieces, courses, fit_ways, ways
+from .lags import Pieces, beside_drift, blocks_of_pieces, courses, fit_ways, headings, ways
 from .record import Channels, Fix
 
 SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
@@ -122,15 +122,20 @@ class _Rule:
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """A rule with a number that it has by some quarter turns and a unit, or by any angle and size (None)."""
+    """A rule with a number that it has by some quarter turns and a unit, or by any angle and size (None).
+
+    `swept` are ways (m,) that an antenna sweeps beside the boat's own as it turns [m]; none of one at the origin.
+    """
 
     rule: _Rule
     c: complex
     quarters: int | None
     unit: float | None
+    swept: NDArray[np.complex128] | float = 0.0
 
     def errors(self) -> Array:
-        return self.rule.ways.errors(self.c)
+        ways = self.rule.ways
+        return replace(ways, measured=ways.measured - self.swept).errors(self.c)
 
 
 def track_of(logs: Sequence[Log]) -> Track | None:
@@ -146,7 +151,8 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     aside = 0.5 * (ways.implied - rules[1].ways.implied)
     way, sway = (np.abs(beside_drift(one, ways.span)) ** 2 for one in (ways.measured, aside))
     as_is, least = ways.errors(1.0), min((rule.ways.errors(rule.best) for rule in rules), key=np.sum)
-    for level in _readings(rules):
+    first, *others = _readings(rules)
+    for level in (first, [replace(first[0], swept=_swept(both, ways))], *others):
         reading = min(level, key=lambda one: float(one.errors().sum()))
         rule, told = reading.rule, reading.errors()
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
@@ -160,6 +166,14 @@ def track_of(logs: Sequence[Log]) -> Track | None:
         *(float(told.sum() / max(way.sum(), 1e-300)), size_of(as_is, told, own, block)),
         *(size_of_unexplained(least - noise, way - noise, block), abs(rule.best), rule.interval, reading.unit),
     )
+
+
+def _swept(logs: Sequence[Log], ways: Pieces) -> NDArray[np.complex128]:
+    """The part of the ways of a log as recorded that an antenna sweeps, of the arm that explains most [m]."""
+    found = headings(logs)
+    turned, rest = (beside_drift(part, ways.span) for part in (found.measured, ways.measured - ways.implied))
+    arm = np.vdot(turned, rest) / max(float(np.vdot(turned, turned).real), 1e-300)
+    return (found.measured * arm).astype(np.complex128)
 
 
 def _readings(rules: Sequence[_Rule]) -> list[list[_Reading]]:
@@ -271,10 +285,6 @@ def _pair(first: str, second: str) -> tuple[Mixed, Mixed, Mixed, Mixed]:
 _SPEEDS, _PLACES = _pair("u", "v"), _pair("x", "y")
 
 
-_QUARTER = 0.5 * np.pi
-"""A quarter turn [rad]: a way along one heading goes, all of it, across another a quarter turn away."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Ways:
     """Ways over pieces (m,) [m], north and east as one complex number, headings and turning [rad], lengths [s].
@@ -317,7 +327,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     found, noise = _read(ways, block, beside=True), 0.5 * noise_of_ways(both)  # one of its two parts
     power, left = np.abs(ways.way) ** 2, min((ways.across(turn, ways.angle(turn)) for turn in (1, -1)), key=np.sum)
     # Where the bow sweeps over much of the compass in a piece, its way may go anywhere, and few others tell nothing.
-    steady = np.abs(ways.turning) < _QUARTER
+    steady = np.abs(ways.turning) < 0.5 * np.pi
     steady &= np.unique(block[steady]).size >= FEWEST
     unrelated = size_of_unexplained((left - noise)[steady], (power - 2.0 * noise)[steady], block[steady])
     if found[-1].likely:
@@ -339,10 +349,10 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, int
         return ways.across(turn, angle, beside)
 
     power, free = np.abs(ways.way) ** 2, {turn: ways.angle(turn) for turn in (1, -1)}
-    numbers = {turn: round(angle / _QUARTER) for turn, angle in free.items()}
+    numbers = {turn: round(angle / (0.5 * np.pi)) for turn, angle in free.items()}
     levels: list[list[tuple[int, float, int | None]]] = [
         [(1, 0.0, 0)],
-        [(turn, _QUARTER * number, number % 4) for turn, number in numbers.items()],
+        [(turn, 0.5 * np.pi * number, number % 4) for turn, number in numbers.items()],
         [(turn, angle, None) for turn, angle in free.items() if _holds(ways, turn, angle)],
     ]
     as_is = across(1, 0.0, 0)

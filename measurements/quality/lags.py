@@ -279,6 +279,20 @@ def ways(logs: Sequence[Log], turn: int, side: int) -> Pieces | None:
     return _over_pieces([log for log in logs if log.channels["x"].time.size == log.channels["y"].time.size], series)
 
 
+def headings(logs: Sequence[Log]) -> Pieces:
+    """Change of exp(i psi) over the same pieces as `ways` has, by an antenna a metre ahead of the origin [m]."""
+
+    def series(log: Log) -> tuple[Array, float, NDArray[Any], NDArray[Any]]:
+        x, u, psi = (log.channels[name] for name in ("x", "u", "psi"))
+        bow = np.exp(1j * np.interp(x.time, psi.time, np.unwrap(psi.value)))
+        inside = (x.time >= u.time[0]) & (x.time <= u.time[-1])  # as the sum of the speeds is known
+        return x.time, max(x.period, u.period), np.where(inside, bow, np.nan), bow
+
+    found = _over_pieces([log for log in logs if log.channels["x"].time.size == log.channels["y"].time.size], series)
+    assert found is not None, "asked of logs that have ways"
+    return found
+
+
 def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
     """Way made good over pieces, north and east as one complex number [m], and the heading of each [rad].
 

@@ -147,7 +147,14 @@ def settled(findings: Findings, comparison: Comparison) -> bool:
 
 
 def headline(findings: Findings, comparison: Comparison) -> str:
-    """The verdict in a sentence: that of the findings, where the facts bear it."""
+    """The verdict in a sentence, that of the findings where the facts bear it; of a boat that changes, after how."""
+    told, change = _verdict(findings, comparison), findings.change
+    if change is None or change.begins in told:
+        return told
+    return f"{change.begins} {told}"
+
+
+def _verdict(findings: Findings, comparison: Comparison) -> str:
     nothing = findings.verdict == "nothing missing"
     if findings.headline and findings.verdict == "undecided" and _own_numbers_do(findings, comparison):
         own = f" Fitting the file's own numbers {_done_to(hero(findings.steps, comparison.best.horizon))}."
@@ -421,6 +428,9 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if unjudged:
         channels = listing([_SPEEDS[axis] for axis in unjudged])
         return f"log {channels} by another sensor, or give positions: what is logged may be wrong, so none was judged."
+    if findings.change is not None:
+        asked = f"find out what happened at about {findings.change.when}, such as weed, a blow or a payload"
+        return f"{asked}; what is told here is of the part {'since' if findings.change.since else 'before'} then."
     if findings.winds:
         return "search each log alone: each has a wind of its own, and the rest of the model is the same."
     force = findings.nameless

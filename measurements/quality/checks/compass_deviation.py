@@ -13,9 +13,7 @@ from ..faults import Size, blocks_of, size_of, squared_held_out
 from ..record import About, Check, Found, Record
 
 _SLOW = 0.5
-"""Drift is slower than this [Hz]; what is faster is the noise of positions."""
-_SETTLES = 4.0
-"""Length from which a motion is looked at [s]: two periods of the slowest filter, whose ends are not true."""
+"""Band in which drift is looked for, from nothing to this [Hz]: what is faster is the noise of positions."""
 _LEAST = 2.0
 """A deviation is told when it is surely more than this [deg]; the drift of a lively hull passes for less."""
 
@@ -26,7 +24,8 @@ def _deviation(records: Sequence[Record]) -> Found:
     if not having:
         return []
     every = [stretch.motion for record in having for stretch in record.stretches]
-    motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
+    whole = 2.0 / _SLOW  # two periods: the ends of a filter are not true
+    motions = [smooth(motion, _SLOW) for motion in every if motion.duration > whole]
     compass = compass_of(motions)
     about = About("compass", ("psi",), unit="deg")
     if not np.isfinite(compass.error) or compass.lazy:
