@@ -28,6 +28,7 @@ DISCOVERY = (
     *("evidence", "judgement", "claims", "verdicts", "experiment", "basis", "calibration", "selection"),
     *(
         "water_of_logs",
+        "changed_boat",
         "sensor_error_search",
         "run_models",
         "discover",

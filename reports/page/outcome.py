@@ -9,9 +9,10 @@ from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Com
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import WATER, Findings, NamelessForce, Step, comes_and_goes
 from ...discovery.search.scoring import MOST
+from ...physics.effects import EFFECTS
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, sentence_case, share_removed, words
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import Vehicle, lacking
 from ...residuals.scores import ROLLOUT_UNITS, RolloutRecord
 from ..run_contents import difference
 from ..sureness import file_numbers, in_order, named, odds, with_odds
@@ -433,6 +434,10 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         return f"{asked}; what is told here is of the part {'since' if findings.change.since else 'before'} then."
     if findings.winds:
         return "search each log alone: each has a wind of its own, and the rest of the model is the same."
+    if nominal is not None and findings.verdict == "undecided" and _drifts(findings):
+        unasked = [f"{words(effect.name)} {lacks}" for effect in EFFECTS if (lacks := lacking(nominal, effect))]
+        if unasked:
+            return f"search again with all effects: {listing(unasked)}."
     force = findings.nameless
     if force is not None and force.sets_in is not None:
         signal, begins = force.sets_in
@@ -463,6 +468,14 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         return f"put the {words(sensor.error)} right in the channel map, and search again."
     more = "another log" if len(findings.data.log_sha256) > 1 else "a second log"
     return f"record {more} on another day and search them together: what is true comes out again."
+
+
+def _drifts(findings: Findings) -> bool:
+    """Whether what is left open acts in sway or yaw: a force without a name, or the damping of what is in play."""
+    open_ones = [c for c in findings.candidates if c.verdict in ("likely", "possible") and not c.cannot_tell]
+    damped = {term.axis for c in open_ones if c.family in ("hull", "coupling") for term in c.terms}
+    nameless = {findings.nameless.axis} if findings.nameless is not None else set()
+    return bool((damped | nameless | {rest.axis for rest in findings.rests}) & {"sway", "yaw"})
 
 
 def _apart(one: float, other: float) -> float:
