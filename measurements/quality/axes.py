@@ -150,9 +150,11 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     ways, block = rules[0].ways, rules[0].ways.block
     aside = 0.5 * (ways.implied - rules[1].ways.implied)
     way, sway = (np.abs(beside_drift(one, ways.span)) ** 2 for one in (ways.measured, aside))
-    as_is, least = ways.errors(1.0), min((rule.ways.errors(rule.best) for rule in rules), key=np.sum)
-    first, *others = _readings(rules)
-    for level in (first, [replace(first[0], swept=_swept(both, ways))], *others):
+    as_is, (first, quarters, *others) = ways.errors(1.0), _readings(rules)
+    armed = replace(first[0], swept=_swept(both, ways))
+    least = min((rule.ways.errors(rule.best) for rule in rules), key=np.sum)
+    turned = min(float(one.errors().sum()) for one in quarters)
+    for level in (first, [armed] if float(armed.errors().sum()) < turned else quarters, quarters, *others):
         reading = min(level, key=lambda one: float(one.errors().sum()))
         rule, told = reading.rule, reading.errors()
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way

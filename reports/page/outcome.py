@@ -434,10 +434,6 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         return f"{asked}; what is told here is of the part {'since' if findings.change.since else 'before'} then."
     if findings.winds:
         return "search each log alone: each has a wind of its own, and the rest of the model is the same."
-    if nominal is not None and findings.verdict == "undecided" and _drifts(findings):
-        unasked = [f"{words(effect.name)} {lacks}" for effect in EFFECTS if (lacks := lacking(nominal, effect))]
-        if unasked:
-            return f"search again with all effects: {listing(unasked)}."
     force = findings.nameless
     if force is not None and force.sets_in is not None:
         signal, begins = force.sets_in
@@ -454,6 +450,10 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if force is not None and force.local:
         asked = "drive there and elsewhere once more, for a wall or a shoal may be the cause"
         return f"{asked}: {force.in_words}."
+    if nominal is not None and findings.verdict == "undecided" and _drifts(findings):
+        unasked = [f"{words(effect.name)} {lacks}" for effect in EFFECTS if (lacks := lacking(nominal, effect))]
+        if unasked:
+            return f"search again with all effects: {listing(unasked)}."
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."

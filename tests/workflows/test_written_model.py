@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from undertow.comparison.comparison import Judged, judge
-from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
+from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best, Grounds, Margin
 from undertow.comparison.recommendation import shares_of_error
 from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.discover import Discovery, find_missing
@@ -123,6 +123,16 @@ def test_what_holds_on_unseen_parts_is_written(folded: Inputs, found: Discovery,
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").value("X_uu") == pytest.approx(TRUE, rel=0.02)
     assert recomputed(folder, folded) == pytest.approx(reported(run), rel=1e-6)
+
+
+def test_what_is_named_stays_where_the_calibrated_model_is_better_by_chance(
+    folded: Inputs, found: Discovery, known: References, monkeypatch: pytest.MonkeyPatch
+):
+    margin = Margin(model=CALIBRATED, against=CORRECTED, relative=-0.3, verdict="no difference")
+    chance = Best(grounds=Grounds.CHANCE, sentence="", margins=(margin,))
+    monkeypatch.setattr(discover_and_add, "_of", lambda models: chance)
+    run = assessed(folded, with_drag(found, FILE + 4.0), calibrated_to(folded, found, TRUE, known))
+    assert in_model(run.findings) == in_model(found.findings) != []
 
 
 def test_what_errs_more_than_the_calibrated_model_is_not_written_and_the_names_stay(

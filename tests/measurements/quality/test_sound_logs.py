@@ -38,6 +38,26 @@ DRIVES = ("drive", "limited", "direction", "sides", "clocks")
 """The checks that tell of thrusters and their records."""
 
 
+def test_an_antenna_ahead_of_the_pivot_is_no_reversed_sway(tmp_path: Path):
+    """In turns it goes to the other side, as the stern does."""
+    path = World(load_vehicle("blueboat"), "rich", 120.0, 6).run(NOISE["field"]).write(tmp_path / "log.csv")
+    log = read_log(path)
+    psi, v = log.channels["psi"], log.channels["v"]
+    arm = {}
+    for name, ahead in (("x", np.cos), ("y", np.sin)):
+        place = log.channels[name]
+        bow = 1.2 * ahead(np.interp(place.time, psi.time, np.unwrap(psi.value)))
+        arm[name] = replace(place, value=place.value + bow)
+    assert defects(replace(log, channels={**log.channels, **arm})) == []
+    turned = replace(log, channels={**log.channels, "v": replace(v, value=-v.value)})
+    assert any("v has the opposite sign" in text for text in defects(turned))
+
+
+def defects(log: Log) -> list[str]:
+    """What refuses a log."""
+    return [f.sentence for f in inspect_log(log, load_vehicle("blueboat")).quality if f.verdict == "defect"]
+
+
 def read(path: Path, vehicle: Vehicle) -> list[Finding]:
     """What accuses a thruster or its record in a log that is not refused."""
     read_inputs(path, vehicle, progress=None)
