@@ -3,8 +3,8 @@
 Where no model of one boat explains a force balance, each effect of the catalogue is tried with a second size from each
 of some instants on (a structural change at an unknown date: Andrews 1993, doi:10.2307/2951764; Bai and Perron 1998,
 doi:10.2307/2998540). A model of such a change and of effects beside it must be beyond doubt better than what the search
-finds without it, and have fewer names. Effects are then searched for in the longer of the two parts, since no vehicle
-file holds two boats.
+finds without it, and so must the change than any law without a name. No vehicle file holds two boats: effects are then
+searched for in the rows since then, as the boat is now, or in those before where these are over twice as many.
 """
 
 import re
@@ -25,7 +25,7 @@ from .candidates.unnamed_terms import FINE, free_forms
 from .effect_findings import FittedTerm
 from .evidence.invariance import ERRORS, fitted_by_blocks
 from .evidence.weighing import CERTAINLY
-from .findings import BoatChange
+from .findings import BoatChange, Findings
 from .search.estimation import Interval
 from .search.floating import Search, State
 from .search.rival_explanations import RecordErrorFit, has_residual_structure, search_with_record_errors
@@ -159,6 +159,14 @@ def searched(change: BoatChange, sources: Sequence[str], motion: Motion) -> tupl
     return (motion.slice(start, stop),) if (stop - start) * motion.time_step >= LEAST_SEGMENT else ()
 
 
+def with_change(findings: Findings, change: BoatChange) -> Findings:
+    """Findings of one part of the logs, and what tells it from the other, so that nothing missing is no verdict."""
+    told = findings.but(change=change, reasons=(change.in_words, *findings.reasons))
+    if findings.verdict != "nothing missing":
+        return told
+    return told.but(verdict="undecided", headline="Nothing else is missing that this log can show.")
+
+
 def _effects(search: Search, empty: State) -> Iterator[_Trial]:
     """Each effect that is one size of something."""
     linear, _ = search.linearise(search.nominal, empty.active)
@@ -275,7 +283,7 @@ def _told(search: Search, state: State, best: _Best, when: _Instants) -> BoatCha
         minutes95=ends if inside else None,
         terms=_sizes(search, state, best.changed),
         alike=tuple(key for key, gain in best.others.items() if gain > best.gain - TELL_APART),
-        since=2 * first <= when.logs.size,
+        since=when.logs.size - first >= MOST * first,
     )
 
 

@@ -365,7 +365,7 @@ class BoatChange(Record):
         sizes = listing([term.in_words.replace(" = ", " changes by ", 1) for term in self.terms])
         return (
             f"From {self.when}{within} on the boat is another: {sizes} ({self.what}). One vehicle file holds one boat, "
-            f"so all that follows is of the longer part, the rows {'since' if self.since else 'before'} then."
+            f"so all that follows is of the rows {'since' if self.since else 'before'} then."
         )
 
 

@@ -13,7 +13,7 @@ from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
 from ..comparison.recommendation import Best, best, shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, DiscoverySettings, choose_balance
-from ..discovery.changed_boat import find_change, searched
+from ..discovery.changed_boat import find_change, searched, with_change
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
 from ..discovery.findings import WATER, BoatChange, Findings, LogFacts, SensorError, Step, Unexplained
@@ -86,8 +86,7 @@ def discover(
     with run_in_fork(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
         if change is not None:
-            reasons = (change.in_words, *found.findings.reasons)
-            found = replace(found, findings=found.findings.but(change=change, reasons=reasons))
+            found = replace(found, findings=with_change(found.findings, change))
         trim_memory()
         if found.basis.uses_rollouts == basis.uses_rollouts:
             return assess(inputs, found, chosen, known, progress, earned=True)

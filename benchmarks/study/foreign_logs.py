@@ -157,6 +157,15 @@ def nameless_keys(purpose: str) -> list[tuple[str, int]]:
     return [(kinds[n % len(kinds)], NAMELESS[purpose] + n // len(kinds)) for n in range(logs)]
 
 
+_SETS_IN = {
+    "a trim that sets in": {"yaw_trim"},
+    "a net that is caught": {"surge_linear_damping"},
+    "a propeller that is hit": {"thruster_asymmetry"},
+    "thrust that sets in late": {"thrust_scale"},
+}
+"""What of the catalogue is there on one side of an instant."""
+
+
 def partly_true(cause: str, motion: Motion) -> set[str]:
     """Names that are a part of a cause."""
     if cause == "strips of cross-flow":
@@ -167,6 +176,8 @@ def partly_true(cause: str, motion: Motion) -> set[str]:
         return {"surge_linear_damping", "surge_added_mass"}
     if cause == "drag of turns to one side":  # half of r|r| and half of r^2, which has no name
         return {"yaw_quadratic_damping"}
+    if cause in _SETS_IN:  # a boat that changes is told as one: the effect is there from an instant on
+        return _SETS_IN[cause]
     seldom_astern = (motion.velocity[:, 0] < -0.05).mean() < 0.05  # drifting counts for nothing
     return {"surge_quadratic_damping"} if cause == "drag without a sign" and seldom_astern else set()
 

@@ -379,6 +379,8 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
 
 def _in_play(findings: Findings, comparison: Comparison) -> str:
     """The names in play with their odds, the surest first, and what may stand in their place."""
+    if findings.change is not None and not findings.change.since:
+        return f"{findings.change.what}, which changed at {findings.change.when}; model.yaml is of the boat before."
     force = findings.nameless
     names = _first([_with_rivals(item) for item in in_order(findings.added)], _BESIDE if force else _IN_PLAY)
     own = [item.symbol for item in findings.calibrated]

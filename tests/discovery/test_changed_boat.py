@@ -1,4 +1,4 @@
-"""A boat that changes half way is told as one: which effect, when and by how much; the longer part is searched."""
+"""A boat that changes half way is told as one: which effect, when and by how much; one part is searched."""
 
 from dataclasses import replace
 from functools import cache
@@ -9,8 +9,8 @@ import pytest
 
 import undertow
 from undertow.discovery.basis import DiscoverySettings, choose_balance
-from undertow.discovery.changed_boat import find_change, searched
-from undertow.discovery.findings import BoatChange
+from undertow.discovery.changed_boat import find_change, searched, with_change
+from undertow.discovery.findings import BoatChange, Findings
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import NOISE, SimulatedLog, World
@@ -42,7 +42,7 @@ def test_the_effect_the_instant_and_the_size_are_told(effect: str, symbol: str, 
     assert 60.0 * (change.minute or 0.0) == pytest.approx(at, abs=1.5)
     (term,) = change.terms
     assert (term.symbol, term.value) == (symbol, pytest.approx(size, rel=0.1))
-    assert change.since == (at < 60.0)
+    assert change.since
     assert symbol in change.in_words
 
 
@@ -52,14 +52,14 @@ def test_a_boat_that_stays_as_it_is_does_not_change(wrong: dict[str, float]):
 
 
 def test_of_several_logs_the_one_is_told_from_which_on():
-    boats = (HULL, HULL, HULL.with_values(dict([WEAKER])))
+    boats = (*[HULL] * 3, HULL.with_values(dict([WEAKER])))
     logs = [World(boat, "rich", 60.0, seed).run(NOISE["field"]) for seed, boat in enumerate(boats)]
     motions = [replace(log.motion(), source=f"{place}.csv") for place, log in enumerate(logs)]
     change = change_of(motions)
     assert change is not None
-    assert (change.effect, change.when, change.since) == ("thruster_asymmetry[port]", "log 2.csv", False)
-    kept = [motion for motion in motions for motion in searched(change, ["0.csv", "1.csv", "2.csv"], motion)]
-    assert [motion.source for motion in kept] == ["0.csv", "1.csv"]
+    assert (change.effect, change.when, change.since) == ("thruster_asymmetry[port]", "log 3.csv", False)
+    kept = [motion for motion in motions for motion in searched(change, [f"{place}.csv" for place in range(4)], motion)]
+    assert [motion.source for motion in kept] == ["0.csv", "1.csv", "2.csv"]
 
 
 def test_a_part_is_cut_at_the_instant_and_a_moment_is_none():
@@ -72,7 +72,15 @@ def test_a_part_is_cut_at_the_instant_and_a_moment_is_none():
     assert searched(change.but(minute=motion.minutes[-1] - 0.01), [motion.source], motion) == ()
 
 
-def test_the_verb_searches_the_longer_part_and_says_so(tmp_path: Path):
+def test_before_a_change_nothing_missing_is_no_verdict():
+    found = Findings(verdict="nothing missing", missing=(), candidates=(), headline="")
+    change = BoatChange(effect="lateral_cg", terms=(), log="a.csv", minute=2.0, since=False)
+    told = with_change(found, change)
+    assert (told.verdict, told.change, told.reasons) == ("undecided", change, (change.in_words,))
+    assert with_change(found.but(verdict="missing"), change).verdict == "missing"
+
+
+def test_the_verb_searches_one_part_and_says_so(tmp_path: Path):
     path = log_of(WEAKER, 45.0).write(tmp_path / "log.csv")
     run = undertow.discover(undertow.read_inputs(path, "blueboat"), progress=None)
     change = run.findings.change
