@@ -152,9 +152,10 @@ def searched(change: BoatChange, sources: Sequence[str], motion: Motion) -> tupl
     ----------
     sources : of the motions of all logs, in their order
     """
-    own, at = sources.index(motion.source), sources.index(change.log)
+    own = sources.index(motion.source)  # a log that was moved has another name, and its place
     first = int(np.searchsorted(motion.minutes, -inf if change.minute is None else change.minute))
-    first = {True: motion.time.size, False: 0}[own < at] if own != at else first
+    if own != change.place:
+        first = motion.time.size if own < change.place else 0
     start, stop = (first, motion.time.size) if change.since else (0, first)
     return (motion.slice(start, stop),) if (stop - start) * motion.time_step >= LEAST_SEGMENT else ()
 
@@ -278,6 +279,7 @@ def _told(search: Search, state: State, best: _Best, when: _Instants) -> BoatCha
     return BoatChange(
         effect=best.trial.candidate.key,
         log=when.sources[when.logs[first]],
+        place=int(when.logs[first]),
         logs=len(when.sources),
         minute=float(when.minutes[first]) if inside else None,
         minutes95=ends if inside else None,

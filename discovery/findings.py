@@ -319,7 +319,7 @@ class BoatChange(Record):
     ----------
     effect : the effect, with its thruster where it concerns one
     terms : by how much each of its numbers changes
-    log, logs : the log in which it does, and how many there are
+    log, place, logs : the log in which it does, its place among them, from 0, and how many there are
     minute, minutes95 : when, with its 95 % interval [min]; None where it is where the log begins
     alike : effects that would change as well in its place
     since : True where the rows since then were searched, False where those before
@@ -328,6 +328,7 @@ class BoatChange(Record):
     effect: str
     terms: tuple[FittedTerm, ...]
     log: str
+    place: Whole = 0
     logs: Whole = 1
     minute: Number | None = None
     minutes95: Interval | None = None

@@ -24,6 +24,7 @@ from ..discovery.sequential_fit import basis_for
 from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.split import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import WHOLE as ALL_ROWS
 from ..measurements.statistics.processors import run_in_fork, single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.motion import AXES, FORCE_UNITS
@@ -77,9 +78,11 @@ def discover(
     inputs = inputs.whole()
     basis = basis or choose_balance(inputs.fitting, inputs.vehicle, chosen)
     chosen = basis.settings
-    change = find_change(basis, progress or _quiet)
+    # Where one part of the logs judges, another cannot be taken away.
+    change = find_change(basis, progress or _quiet) if inputs.parts.judge in ALL_ROWS else None
     if change is not None:
-        inputs = _since(change, inputs, progress or _quiet)
+        (progress or _quiet)(change.in_words)
+        inputs = part_searched(change, inputs)
         basis = choose_balance(inputs.fitting, inputs.vehicle, settings or DiscoverySettings())
         chosen = basis.settings
     inputs, folds = _in_folds(inputs, basis)
@@ -98,9 +101,8 @@ def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _since(change: BoatChange, inputs: Inputs, say: Say) -> Inputs:
+def part_searched(change: BoatChange, inputs: Inputs) -> Inputs:
     """The part of the logs that is searched where a boat changes."""
-    say(change.in_words)
     return inputs.within(partial(searched, change, list(inputs.starts)))
 
 
@@ -148,8 +150,8 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
-    if findings is not None and findings.change is not None:
-        inputs = _since(findings.change, inputs, _quiet)
+    if findings is not None and findings.change is not None and inputs.parts.judge in ALL_ROWS:
+        inputs = part_searched(findings.change, inputs)
     findings = _of_these_logs(findings, inputs)
     hidden = HiddenErrors.of_findings(findings.sensors, list(inputs.starts)) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting

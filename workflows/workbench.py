@@ -19,7 +19,7 @@ from ..physics.vehicle import Vehicle
 from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
 from .bench_session import BenchSession, effect_cards, sensor_cards, weighed
-from .discover_and_add import add, discover
+from .discover_and_add import add, discover, part_searched
 from .log_view import HORIZON, LogView
 from .run_folder.write import Run, write_run
 from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Opened, Rival, Searched, Way
@@ -206,6 +206,8 @@ class Workbench:
         among : the logs, where another part of them is to judge
         """
         inputs = (among or self._whole).leaving(left)
+        if self._findings is not None and self._findings.change is not None:
+            inputs = part_searched(self._findings.change, inputs)
         return inputs if self._hidden is None else inputs.mapped(self._hidden.keeping(left).corrected)
 
     def _discover(self, progress: Say | None) -> Run:

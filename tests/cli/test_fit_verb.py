@@ -18,7 +18,7 @@ HULL = load_vehicle("blueboat")
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a log of a BlueBoat, a vehicle file that is wrong, and what `fit` and `discover --refit` wrote."""
+    """A folder with a log of a BlueBoat, a vehicle file that is wrong, and what `fit` wrote."""
     folder = tmp_path_factory.mktemp("fit")
     HULL.with_values({"X_u": -9.0, "Y_v": -55.0, "N_r": -8.0}).save(folder / "wrong.yaml")
     done("simulate", "-v", "blueboat", "--effect", "munk_moment=14", "--duration", "75", "--out", folder / "log.csv")
@@ -26,9 +26,15 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "fit", folder / "log.csv", "-v", folder / "wrong.yaml", "--free", "N_uv,thrust_scale", "-o", folder / "v"
     )
     (folder / "said.txt").write_text(said)
-    said = done("discover", folder / "log.csv", "-v", folder / "wrong.yaml", "--refit", "--out", folder / "run")
-    (folder / "told.txt").write_text(said)
     return folder
+
+
+@pytest.fixture(scope="module")
+def refit(place: Path) -> Path:
+    """The same with what `discover --refit` wrote."""
+    said = done("discover", place / "log.csv", "-v", place / "wrong.yaml", "--refit", "--out", place / "run")
+    (place / "told.txt").write_text(said)
+    return place
 
 
 def test_fit_prints_parameters_errors_law_and_what_was_left(place: Path) -> None:
@@ -100,8 +106,8 @@ def test_fit_refuses_with_a_cure(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_refit_is_told_on_the_terminal(place: Path) -> None:
-    told = " ".join((place / "told.txt").read_text().split())
+def test_refit_is_told_on_the_terminal(refit: Path) -> None:
+    told = " ".join((refit / "told.txt").read_text().split())
     assert "The model is missing Munk moment" in told
     energy = "Energy: the damping takes energy out"
     for text in ("Calibrated parameters", "own numbers fitted", "+ Munk moment", energy):
@@ -109,29 +115,29 @@ def test_refit_is_told_on_the_terminal(place: Path) -> None:
     assert "would do the same: thrust scale" in told
 
 
-def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
-    found = strict((place / "run" / "findings.json").read_text())
+def test_refit_is_told_in_the_run_folder_and_on_the_page(refit: Path) -> None:
+    found = strict((refit / "run" / "findings.json").read_text())
     assert [step["added"] for step in found["steps"]] == [None, "calibrated", "munk_moment"]
     assert {"X_u", "N_rdot"} < {row["symbol"] for row in found["calibrated"]}
     assert (found["left"], found["absorbed"]) == ([], ["thrust_scale"])
-    assert strict((place / "run" / "run.json").read_text())["refit"] is True
-    page = (place / "run" / "report.html").read_text()
+    assert strict((refit / "run" / "run.json").read_text())["refit"] is True
+    page = (refit / "run" / "report.html").read_text()
     for text in ("Calibrated parameters", "Energy: the damping takes energy out"):
         assert text in page
 
 
-def test_add_fits_the_own_numbers_as_the_run_did(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_add_fits_the_own_numbers_as_the_run_did(refit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else a number that is wrong in the file takes what the effect was found to do beside it."""
-    told = " ".join(done("add", "munk_moment", "--run", place / "run", "--out", tmp_path / "with_it.yaml").split())
+    told = " ".join(done("add", "munk_moment", "--run", refit / "run", "--out", tmp_path / "with_it.yaml").split())
     for text in ("beside the model's own numbers", "Calibrated parameters", "own numbers fitted", "+ Munk moment"):
         assert text in told
-    found, added = load_vehicle(place / "run" / "model.yaml"), load_vehicle(tmp_path / "with_it.yaml")
+    found, added = load_vehicle(refit / "run" / "model.yaml"), load_vehicle(tmp_path / "with_it.yaml")
     for symbol in ("N_uv", "X_u", "N_r", "N_rdot"):
         assert added.value(symbol) == pytest.approx(found.value(symbol), rel=0.02), symbol
-    done("add", "munk_moment", "--run", place / "run", "--no-refit", "--out", tmp_path / "without.yaml")
+    done("add", "munk_moment", "--run", refit / "run", "--no-refit", "--out", tmp_path / "without.yaml")
     assert load_vehicle(tmp_path / "without.yaml").value("X_u") == -9.0
     monkeypatch.chdir(tmp_path)
-    refused("add", "thrust_scale", "--run", place / "run", match="would explain the same")
+    refused("add", "thrust_scale", "--run", refit / "run", match="would explain the same")
 
 
 def test_a_run_without_refit_says_nothing_of_calibration(place: Path) -> None:
