@@ -167,7 +167,7 @@ class Shown:
         if found is None or history is None:
             return False
         self.searches[history.now.source] = found
-        self._stale = found.hidden is not None
+        self._stale = found.hidden is not None or (found.findings is not None and found.findings.change is not None)
         return await self.show(history)
 
     async def show(self, history: History, *, anew: bool = False) -> bool:

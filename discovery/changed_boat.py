@@ -10,12 +10,14 @@ searched for in the rows since then, as the boat is now, or in those before wher
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..measurements.preparation.prepare import LEAST_SEGMENT
+from ..measurements.prepared_logs import Inputs
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
 from .balance.weak_form import WeakForm
@@ -31,6 +33,7 @@ from .search.floating import Search, State
 from .search.rival_explanations import RecordErrorFit, has_residual_structure, search_with_record_errors
 from .search.scoring import MOST, TELL_APART
 from .selection import search_of
+from .water_of_logs import find_flows
 
 _LIKELIHOOD_RATIO = 1.92
 """Log-likelihood within which an instant lies in its 95 % interval: half the quantile of chi-squared with one degree of
@@ -50,10 +53,9 @@ class _Trial:
     columns: Array
     noise: Array
 
-    def from_test(self, first: int) -> "_Trial":
-        """The same from a test on."""
-        there = (np.arange(len(self.columns)) >= first)[:, None, None]
-        return _Trial(self.candidate, self.symbols, self.columns * there, self.noise * there)
+    def since(self, first: int) -> Array:
+        """Its columns from a test on."""
+        return self.columns * (np.arange(len(self.columns)) >= first)[:, None, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +84,11 @@ class _Instants:
             return range(first, first + 1)
         return range(max(first - reach, 1), min(first + reach, self.logs.size), max(reach // FINE, 1))
 
+    def about(self, first: int) -> range:
+        """Every test about one of these, as far as the next; that alone where a log begins."""
+        step = self.near(first).step if first not in self.begins else 0
+        return range(max(first - step, 1), min(first + step + 1, self.logs.size)) if step else range(first, first + 1)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Best:
@@ -104,7 +111,8 @@ class _Best:
     @property
     def changed(self) -> _Trial:
         """The effect from that test on."""
-        return self.trial.from_test(self.first)
+        trial, there = self.trial, (np.arange(len(self.trial.columns)) >= self.first)[:, None, None]
+        return _Trial(trial.candidate, trial.symbols, trial.columns * there, trial.noise * there)
 
 
 def find_change(basis: Basis, say: Say) -> BoatChange | None:
@@ -116,6 +124,8 @@ def find_change(basis: Basis, say: Say) -> BoatChange | None:
     say : told a line for each step
     """
     if basis.uses_rollouts or basis.forces.claimed:
+        return None
+    if any(find_flows(basis)):  # of logs, each in a water or a wind of its own, no boat has changed
         return None
     search, _ = search_of(basis)
     static = search.run(progress=say)
@@ -160,12 +170,18 @@ def searched(change: BoatChange, sources: Sequence[str], motion: Motion) -> tupl
     return (motion.slice(start, stop),) if (stop - start) * motion.time_step >= LEAST_SEGMENT else ()
 
 
+def part_searched(inputs: Inputs, change: BoatChange | None) -> Inputs:
+    """The part of the logs on which effects are searched for; all of them where no boat changes."""
+    return inputs if change is None else inputs.within(partial(searched, change, list(inputs.starts)))
+
+
 def with_change(findings: Findings, change: BoatChange) -> Findings:
     """Findings of one part of the logs, and what tells it from the other, so that nothing missing is no verdict."""
     told = findings.but(change=change, reasons=(change.in_words, *findings.reasons))
     if findings.verdict != "nothing missing":
         return told
-    return told.but(verdict="undecided", headline="Nothing else is missing that this log can show.")
+    headline = findings.headline or "Nothing else is missing that this log can show."
+    return told.but(verdict="undecided", headline=headline)
 
 
 def _effects(search: Search, empty: State) -> Iterator[_Trial]:
@@ -236,7 +252,7 @@ def _best(search: Search, state: State, effects: Sequence[_Trial], when: _Instan
 
     def gain(trial: _Trial, first: int) -> float:
         """What an effect takes that begins at a test, or has one size before and one since; little where one does."""
-        own = trial.from_test(first).columns
+        own = trial.since(first)
         both = rest.gain(np.concatenate([trial.columns, own], axis=2))
         changes = both - constant[trial.candidate.key]
         return max(rest.gain(own), both - search.settings.price) if changes >= CERTAINLY else changes
@@ -245,6 +261,8 @@ def _best(search: Search, state: State, effects: Sequence[_Trial], when: _Instan
     place, coarse = max(gains, key=lambda pair: gains[pair])
     trial = effects[place]
     profile = {first: gain(trial, first) for first in when.near(coarse)}
+    first = max(profile, key=lambda at: profile[at])
+    profile |= {at: gain(trial, at) for at in when.about(first) if at not in profile}
     first = max(profile, key=lambda at: profile[at])
     others = {
         other.candidate.key: max(gains[k, at] for at in when.coarse) + profile[first] - gains[place, coarse]
@@ -274,8 +292,10 @@ def _search_beside(search: Search, trial: _Trial, empty: State) -> RecordErrorFi
 def _told(search: Search, state: State, best: _Best, when: _Instants) -> BoatChange:
     """The change beside a model in facts: the instant, the sizes, and which other effects would do as well."""
     first, inside = best.first, best.first not in when.begins
-    within = [at for at, gain in best.profile.items() if gain >= best.gain - _LIKELIHOOD_RATIO]
-    ends = Interval(*(float(when.minutes[at]) for at in (min(within), max(within))))
+    likely = (at for at, gain in best.profile.items() if gain >= best.gain - _LIKELIHOOD_RATIO)
+    within = [at for at in likely if when.logs[at] == when.logs[first]]
+    low, high = max(min(within) - 1, 0), min(max(within) + 1, when.logs.size - 1)  # it lies between two tests
+    ends = Interval(float(when.minutes[low]), float(when.minutes[high]))
     return BoatChange(
         effect=best.trial.candidate.key,
         log=when.sources[when.logs[first]],

@@ -337,11 +337,11 @@ class BoatChange(Record):
 
     @property
     def when(self) -> str:
-        """The instant, such as "minute 2.0 of a.csv"."""
+        """The instant, such as "minute 2.04 of a.csv"."""
         name = Path(self.log).name
         if self.minute is None:
             return f"log {name}"
-        return f"minute {self.minute:.1f}{f' of {name}' if self.logs > 1 else ''}"
+        return f"minute {self.minute:.2f}{f' of {name}' if self.logs > 1 else ''}"
 
     @property
     def what(self) -> str:
@@ -361,11 +361,11 @@ class BoatChange(Record):
         """The finding in sentences, with what was done about it."""
         ends = self.minutes95 or Interval(0.0, 0.0)
         within = (
-            f" (between {ends.lower:.2f} and {ends.upper:.2f})" if f"{ends.lower:.1f}" != f"{ends.upper:.1f}" else ""
+            f" (between {ends.lower:.2f} and {ends.upper:.2f})" if f"{ends.lower:.2f}" != f"{ends.upper:.2f}" else ""
         )
         sizes = listing([term.in_words.replace(" = ", " changes by ", 1) for term in self.terms])
         return (
-            f"From {self.when}{within} on the boat is another: {sizes} ({self.what}). One vehicle file holds one boat, "
+            f"The boat changes at {self.when}{within}: {sizes} ({self.what}). One vehicle file holds one boat, "
             f"so all that follows is of the rows {'since' if self.since else 'before'} then."
         )
 

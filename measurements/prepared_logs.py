@@ -268,12 +268,19 @@ class Inputs(Card):
         return replace(self, weak=weak, parts=replace(self.parts, split=parts))
 
     def within(self, part: Callable[[Motion], tuple[Motion, ...]]) -> "Inputs":
-        """The same of some rows alone: those pieces of each motion that `part` gives."""
-        weak, parts = (
-            Split(*(data.within(part) for data in (split.train, split.validation, split.test)))
-            for split in (self.weak, self.parts.split)
+        """The same of some rows alone, those pieces of each motion that `part` gives, before a part of them judges."""
+        ways = (
+            None if both is None else (both[0].within(part), both[1].within(part))
+            for both in (self.undivided, self.recorded)
         )
-        return replace(self, weak=weak, parts=replace(self.parts, split=parts))
+        undivided, recorded = ways
+        if undivided is not None:
+            weak, even = undivided
+            parts = Parts(split(even, PAPER), self.parts.judge)
+            return replace(self, weak=split(weak), parts=parts, undivided=undivided, recorded=recorded)
+        whole, judged = self.weak.train, self.parts.split.test
+        parts = replace(self.parts, split=replace(self.parts.split, test=judged.within(part)))
+        return replace(self, weak=replace(self.weak, train=whole.within(part)), parts=parts, recorded=recorded)
 
     def leaving(self, left: Collection[str]) -> "Inputs":
         """The same with some errors of the sensors left in the motions.

@@ -83,7 +83,7 @@ def check(
     if record is not None:
         reading = replace(record.reading, as_is=True)  # only the speeds are wanted, and no thruster is judged
         judge = FOLDS if record.folds else "all"
-        inputs = read_inputs(record.logs, record.vehicle, reading, judge=judge, progress=progress)
+        inputs = record.searched(read_inputs(record.logs, record.vehicle, reading, judge=judge, progress=progress))
         if record.folds:
             inputs = inputs.in_folds([one.fold(list(inputs.starts)) for one in record.folds])
         motions = inputs.parts.judged.motions

@@ -13,10 +13,10 @@ from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
 from ..comparison.recommendation import Best, best, shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, DiscoverySettings, choose_balance
-from ..discovery.changed_boat import find_change, searched, with_change
+from ..discovery.changed_boat import find_change, part_searched, with_change
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
-from ..discovery.findings import WATER, BoatChange, Findings, LogFacts, SensorError, Step, Unexplained
+from ..discovery.findings import WATER, Findings, LogFacts, SensorError, Step, Unexplained
 from ..discovery.judgement import odds
 from ..discovery.run_models import resolve_names, values_of_step
 from ..discovery.sensor_error_search import HiddenErrors
@@ -82,7 +82,7 @@ def discover(
     change = find_change(basis, progress or _quiet) if inputs.parts.judge in ALL_ROWS else None
     if change is not None:
         (progress or _quiet)(change.in_words)
-        inputs = part_searched(change, inputs)
+        inputs = part_searched(inputs, change)
         basis = choose_balance(inputs.fitting, inputs.vehicle, settings or DiscoverySettings())
         chosen = basis.settings
     inputs, folds = _in_folds(inputs, basis)
@@ -99,11 +99,6 @@ def discover(
 
 def _quiet(text: str) -> None:
     """Say nothing."""
-
-
-def part_searched(change: BoatChange, inputs: Inputs) -> Inputs:
-    """The part of the logs that is searched where a boat changes."""
-    return inputs.within(partial(searched, change, list(inputs.starts)))
 
 
 @single_threaded
@@ -150,8 +145,8 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
-    if findings is not None and findings.change is not None and inputs.parts.judge in ALL_ROWS:
-        inputs = part_searched(findings.change, inputs)
+    change = findings.change if findings is not None and inputs.parts.judge in ALL_ROWS else None
+    inputs = part_searched(inputs, change)
     findings = _of_these_logs(findings, inputs)
     hidden = HiddenErrors.of_findings(findings.sensors, list(inputs.starts)) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
@@ -163,6 +158,8 @@ def add(
         told = {sensor.correction for sensor in found.findings.sensors}
         more = [sensor for sensor in hidden.findings if sensor.correction not in told]
         found = replace(found, hidden=hidden, findings=found.findings.but(sensors=(*more, *found.findings.sensors)))
+    if change is not None:
+        found = replace(found, findings=with_change(found.findings, change))
     run = assess(inputs, found, basis.settings, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 
@@ -329,7 +326,8 @@ def _predicts_better(
     least = min(shares[: len(adding_nothing)])
     if corrected is not None and named:
         rival = adding_nothing[shares.index(least)]
-        surely = any(margin.verdict == "better" for margin in _of((corrected, rival)).margins)
+        margins = _of((corrected, rival)).margins  # none where the rows are too few to be sure
+        surely = not margins or np.isinf(shares[-1]) or margins[0].verdict == "better"
         return rival if surely and shares[-1] > least + MATERIAL else None
     if corrected is not None and shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal):
         return None

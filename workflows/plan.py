@@ -240,7 +240,7 @@ def plan(
     if place is not None and not _on_earth(*place):
         raise RequestError(f"plan: expected a place as latitude and longitude in degrees, got {place}")
     record = read_run_inputs(run, moved)
-    inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
+    inputs = record.searched(read_inputs(record.logs, record.vehicle, record.reading, progress=progress))
     say = progress or (lambda text: None)
     looked, _ = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say)
     named = tuple(effects) or first_question(looked, record.findings.missing if record.findings else ())

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
+from ..discovery.changed_boat import part_searched
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.files import remove
 from ..physics.forces import at_beginning
@@ -63,6 +64,7 @@ def with_network(
     """
     found = run.discovery
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
+    inputs = part_searched(inputs, run.findings.change)
     if found.hidden is not None:
         inputs = inputs.mapped(found.hidden.corrected)
     along = inputs.vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})

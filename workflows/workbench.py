@@ -6,6 +6,7 @@ from dataclasses import replace
 from ..comparison.facts import ComparedModel, Comparison
 from ..discovery.basis import DiscoverySettings
 from ..discovery.candidates.candidate import CALIBRATED
+from ..discovery.changed_boat import part_searched
 from ..discovery.findings import Findings
 from ..discovery.sensor_error_search import HiddenErrors
 from ..measurements.prepared_logs import Inputs, PathLike
@@ -19,7 +20,7 @@ from ..physics.vehicle import Vehicle
 from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
 from .bench_session import BenchSession, effect_cards, sensor_cards, weighed
-from .discover_and_add import add, discover, part_searched
+from .discover_and_add import add, discover
 from .log_view import HORIZON, LogView
 from .run_folder.write import Run, write_run
 from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Opened, Rival, Searched, Way
@@ -93,7 +94,8 @@ class Workbench:
             told = HiddenErrors.of_findings(findings.sensors, logs) if findings is not None else None
             self._hidden = HiddenErrors(*searched.hidden, told.flows if told is not None else ())
         if searched.hidden is not None or searched.findings is not None:
-            opened = LogView(self.inputs(())) if searched.hidden is not None else self._readings[()].log
+            changed = searched.findings is not None and searched.findings.change is not None
+            opened = LogView(self.inputs(())) if changed or searched.hidden is not None else self._readings[()].log
             self._readings = {(): BenchSession(opened, self._settings, searched=searched.findings)}
 
     @single_threaded
@@ -206,8 +208,7 @@ class Workbench:
         among : the logs, where another part of them is to judge
         """
         inputs = (among or self._whole).leaving(left)
-        if self._findings is not None and self._findings.change is not None:
-            inputs = part_searched(self._findings.change, inputs)
+        inputs = part_searched(inputs, self._findings.change if self._findings is not None else None)
         return inputs if self._hidden is None else inputs.mapped(self._hidden.keeping(left).corrected)
 
     def _discover(self, progress: Say | None) -> Run:

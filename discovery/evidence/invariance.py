@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.statistics.blocks import block_scores, sandwich, student
+from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
@@ -32,7 +32,7 @@ _LEAST_SHARE = 0.15
 size."""
 _TURNING = 0.3
 """Share of the root mean square yaw rate from which a boat turns to a side: one of the cuts that are tried."""
-ERRORS = student(15, 0.975)
+ERRORS = 2.13
 """Standard errors of a 95 % interval, by which two sizes may differ by chance, with the 15 degrees of freedom of 16
 blocks."""
 ENOUGH_BLOCKS = 5

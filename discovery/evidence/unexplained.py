@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.statistics.blocks import block_draws, student
+from ...measurements.statistics.blocks import block_draws
 from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import AXES, FORCE_UNITS, Array, body_to_earth
 from ...physics.vehicle import Vehicle
@@ -34,7 +34,7 @@ from .weighing import SURE, Evidence, share_of_resamples
 
 DIRECTIONS = ("north-south", "east-west")
 """Beside the axes of the hull, what a force may keep to."""
-_ONE_SIDED = student(np.inf, 0.95)
+_ONE_SIDED = 1.645
 """Standard errors beyond which chance leads in one of twenty cases."""
 
 

@@ -209,9 +209,12 @@ def answer(findings: Findings, comparison: Comparison, nominal: Vehicle | None =
     """
     if findings.verdict == "missing" or settled(findings, comparison):
         return ()
+    change, play = findings.change, _in_play(findings, comparison)
+    if change is not None and not change.since:
+        play = f"{change.what}, which changed at {change.when}; before: {play}"
     return (
         Line("Predicts best", _predicts_best(findings, comparison)),
-        Line("In play", _in_play(findings, comparison)),
+        Line("In play", play),
         Line("Next step", _next_step(findings, nominal)),
     )
 
@@ -379,8 +382,6 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
 
 def _in_play(findings: Findings, comparison: Comparison) -> str:
     """The names in play with their odds, the surest first, and what may stand in their place."""
-    if findings.change is not None and not findings.change.since:
-        return f"{findings.change.what}, which changed at {findings.change.when}; model.yaml is of the boat before."
     force = findings.nameless
     names = _first([_with_rivals(item) for item in in_order(findings.added)], _BESIDE if force else _IN_PLAY)
     own = [item.symbol for item in findings.calibrated]
@@ -455,7 +456,7 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if nominal is not None and findings.verdict == "undecided" and _drifts(findings):
         unasked = [f"{words(effect.name)} {lacks}" for effect in EFFECTS if (lacks := lacking(nominal, effect))]
         if unasked:
-            return f"search again with all effects: {listing(unasked)}."
+            return f"search again with more in the vehicle file, for {listing(unasked)}."
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."

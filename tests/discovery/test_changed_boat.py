@@ -11,9 +11,12 @@ import undertow
 from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.changed_boat import find_change, searched, with_change
 from undertow.discovery.findings import BoatChange, Findings
+from undertow.discovery.search.rival_explanations import has_residual_structure
+from undertow.discovery.selection import search_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import NOISE, SimulatedLog, World
+from undertow.workflows.compare import compare_run
 from undertow.workflows.run_folder.read import read_findings
 
 HULL = load_vehicle("blueboat")
@@ -72,6 +75,22 @@ def test_a_part_is_cut_at_the_instant_and_a_moment_is_none():
     assert searched(change.but(minute=motion.minutes[-1] - 0.01), [motion.source], motion) == ()
 
 
+def test_a_force_that_no_law_has_is_no_change():
+    """It leaves structure, and in one log many things go with the time."""
+    odd = HULL.with_values({"surge:u^3": -6.0, "yaw:v^2": 9.0})
+    log = World(odd, "rich", 120.0, 3).run(NOISE["field"])
+    basis = choose_balance([log.motion()], HULL, DiscoverySettings())
+    search, _ = search_of(basis)
+    assert has_residual_structure(search, search.run())
+    assert find_change(basis, lambda text: None) is None
+
+
+def test_water_that_moves_otherwise_is_no_other_boat():
+    waters = ({"current_north": 0.2}, {"current_north": -0.15, "current_east": 0.2})
+    days = [World(HULL.with_values(water), "rich", 90.0, seed).run(NOISE["field"]) for seed, water in enumerate(waters)]
+    assert change_of([replace(day.motion(), source=f"{place}.csv") for place, day in enumerate(days)]) is None
+
+
 def test_before_a_change_nothing_missing_is_no_verdict():
     found = Findings(verdict="nothing missing", missing=(), candidates=(), headline="")
     change = BoatChange(effect="lateral_cg", terms=(), log="a.csv", minute=2.0, since=False)
@@ -99,3 +118,5 @@ def test_the_verb_searches_one_part_and_says_so(tmp_path: Path):
     inputs = undertow.read_inputs(path, "blueboat")
     added = undertow.add(["surge_trim"], inputs, run.settings, run.findings, progress=None)
     assert added.findings.data.rows == run.findings.data.rows
+    assert added.findings.change == change
+    assert compare_run(folder).best.model

@@ -122,7 +122,15 @@ class RunRecord:
         """
         from ..inputs import read_inputs
 
-        return read_inputs(self.logs, self.vehicle, self.reading, judge=self.judge, progress=progress)
+        return self.searched(read_inputs(self.logs, self.vehicle, self.reading, judge=self.judge, progress=progress))
+
+    def searched(self, inputs: Inputs) -> Inputs:
+        """The part of its logs that it searched, where a boat changes; else all of them."""
+        if self.findings is None or self.findings.change is None or not self.folds:
+            return inputs
+        from ...discovery.changed_boat import part_searched
+
+        return part_searched(inputs, self.findings.change)
 
 
 def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:

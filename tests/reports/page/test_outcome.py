@@ -269,8 +269,8 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
         (
             "r|r|^0.5",
             "a moment in yaw that follows r|r|^0.5 ('discover --residual best' may learn it); no name.",
-            "search again with all effects: cross flow drag needs the size of the hull: give hull: {length, draught}, "
-            "in metres, in the vehicle file.",
+            "search again with more in the vehicle file, for cross flow drag needs the size of the hull: give hull: "
+            "{length, draught}, in metres, in the vehicle file.",
         ),
     ],
 )
@@ -290,10 +290,10 @@ def test_of_a_boat_that_changed_it_is_asked_what_happened():
     change = {"effect": "lateral_cg", "terms": [{"symbol": "y_g", "value": 0.05, "unit": "m"}], "log": "a.csv"}
     found = open_story(2.0, 1.0, change={**change, "minute": 2.52, "since": False})
     compared = judged("corrected", nominal=2.0, corrected=1.0)
-    begins = "The boat changes at minute 2.5: lateral cg (y_g by 0.050 m). Before then:"
+    begins = "The boat changes at minute 2.52: lateral cg (y_g by 0.050 m). Before then:"
     assert headline(found, compared).replace(NARROW, " ") == f"{begins} Undecided: so."
     assert answer(found, compared, BOAT)[2].text == (
-        "find out what happened at about minute 2.5, such as weed, a blow or a payload; what is told here is of the "
+        "find out what happened at about minute 2.52, such as weed, a blow or a payload; what is told here is of the "
         "part before then."
     )
 
