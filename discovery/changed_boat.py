@@ -134,6 +134,8 @@ def find_change(basis: Basis, say: Say) -> BoatChange | None:
     say(Stage("no model of one boat explains the logs: looking for one that changes"))
     empty, when = search.evaluate(search.nominal, ()), _instants(basis.forces)
     effects = list(_effects(search, empty))
+    if not effects:
+        return None
     begun = [_best(search, state, effects, when) for state in (empty, static)]
     apart = {(best.trial.candidate.key, best.first): best for best in begun}
     fits = [(_search_beside(search, best.changed, empty), best) for best in apart.values()]
@@ -294,7 +296,8 @@ def _told(search: Search, state: State, best: _Best, when: _Instants) -> BoatCha
     first, inside = best.first, best.first not in when.begins
     likely = (at for at, gain in best.profile.items() if gain >= best.gain - _LIKELIHOOD_RATIO)
     within = [at for at in likely if when.logs[at] == when.logs[first]]
-    low, high = max(min(within) - 1, 0), min(max(within) + 1, when.logs.size - 1)  # it lies between two tests
+    own = np.flatnonzero(when.logs == when.logs[first])
+    low, high = np.clip([min(within) - 1, max(within) + 1], own[0], own[-1])  # it lies between two tests
     ends = Interval(float(when.minutes[low]), float(when.minutes[high]))
     return BoatChange(
         effect=best.trial.candidate.key,
