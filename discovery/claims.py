@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..measurements.statistics.blocks import CI
+from ..physics.motion import Array
 from ..physics.plausibility import find_impossible
 from ..physics.presentation import words
 from ..physics.vehicle import Vehicle
@@ -220,7 +221,7 @@ def gather_claims(
     intervals: Mapping[str, Interval],
     tests: Tests,
     kept: Sequence[str],
-    without_rest: Mapping[str, Interval] | None = None,
+    narrow: Mapping[str, Interval] | None = None,
 ) -> dict[str, Claim]:
     """The claim of each name that a search selected or that stands in the model, by key.
 
@@ -229,10 +230,10 @@ def gather_claims(
     evidence : on the candidates; only those that were selected, or stand in the model, are claims
     intervals : 95 % intervals of total values by symbol, widened
     kept : keys of the effects that stand in the model
-    without_rest : the same intervals without what is left unexplained, which is a size of its own and would count
-        twice; as `intervals` where it is not known
+    narrow : the same intervals without what is left unexplained, which is a size of its own and would count twice, and
+        without effects that were left out as immaterial; as `intervals` where they are not known
     """
-    own = intervals if without_rest is None else without_rest
+    own = intervals if narrow is None else narrow
     known = {candidate.key: candidate for candidate in pool}
     result = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
@@ -279,19 +280,21 @@ def widen_intervals(
     tests: Tests,
     apart: Sequence[Vehicle],
     left: Mapping[str, float] = MappingProxyType({}),
+    biased: Mapping[str, Array] = MappingProxyType({}),
 ) -> dict[str, Interval]:
     """Intervals that carry what is left unexplained and the scatter of a number over parts and folds of the log.
 
     Half of what a number differs by between two parts beyond its error, what the jackknife over folds says beyond the
     interval, and what it would change by were all that is left along its own column, are added in squares. Beside
-    forces without a name it is another number: to that side, and to no other, it reaches as far (extreme bounds span
-    the estimates of all models; Leamer 1985).
+    forces without a name, or an effect that was left out as immaterial, it is another number: to that side, and to no
+    other, it reaches as far (extreme bounds span the estimates of all models; Leamer 1985).
 
     Parameters
     ----------
     intervals : 95 % intervals of total values by symbol
     apart : the model without each fold; one without the number says nothing of its size
     left : by key, force that stays unexplained where an effect acts, as a multiple of its own
+    biased : by symbol, how far it would lie down and up (2,) beside what was left out, see `omitted_variable_bias`
     """
     forms: dict[str, float] = {}
     parts: dict[str, float] = {}
@@ -310,7 +313,8 @@ def widen_intervals(
         values = [vehicle.value(symbol) for vehicle in apart]
         wide = max(half, _jackknife([value for value in values if value != nominal.value(symbol)]))
         wide = np.linalg.norm([wide, parts.get(symbol, 0.0), along.get(symbol, 0.0) * (middle - nominal.value(symbol))])
-        down, up = (float(np.hypot(wide, max(side * forms.get(symbol, 0.0), 0.0))) for side in (-1.0, 1.0))
+        reach = np.maximum(biased.get(symbol, np.zeros(2)), [-forms.get(symbol, 0.0), forms.get(symbol, 0.0)])
+        down, up = np.hypot(wide, np.maximum(reach, 0.0)).tolist()
         least, most = limits.get(symbol, (-np.inf, np.inf))
         result[symbol] = Interval(max(middle - down, min(least, lower)), min(middle + up, max(most, upper)))
     return result

@@ -22,7 +22,7 @@ from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
 from .claims import Tests, at_limits, gather_claims, widen_delays, widen_intervals
 from .effect_findings import FittedTerm
-from .evidence.invariance import find_changing_forces, invariance
+from .evidence.invariance import find_changing_forces, invariance, omitted_variable_bias
 from .evidence.record_errors import (
     add_record_errors,
     out_of_step,
@@ -43,7 +43,7 @@ from .run_models import FoldModels, add_stepwise, add_subthreshold, fold_models,
 from .search.estimation import Interval, intervals
 from .search.floating import State
 from .search.gram import GramScores
-from .selection import SearchResult
+from .selection import SearchResult, without_terms
 from .sensor_error_search import HiddenErrors, search_with_sensor_errors
 from .verdicts import VerdictInputs, conclude, unmeasured
 from .water_of_logs import WIND, Flow, find_flows, flow_terms, sentence_of
@@ -187,11 +187,25 @@ def find_missing(
     if flows:
         hidden = replace(hidden or water, flows=flows)
     found = _conclude(looked, hidden)
+    fewer = without_terms(looked, unsure_terms(found.findings), say)
+    if fewer is not None:
+        found = _conclude(fewer, hidden)
     if not winds:
         return found
     if found.findings.verdict == "undecided":
         found = found.writing(nominal, (), "Nothing is added while the logs differ so.")
     return replace(found, findings=in_winds(found.findings, winds))
+
+
+def unsure_terms(findings: Findings) -> list[str]:
+    """Terms without a name, all but the surest, whose interval holds nothing: what no drag can be, and the least sure.
+
+    Of two that are alike where the log has been, only one that turns with the motion takes energy out of the boat.
+    """
+    terms = {f"{t.axis}:{t.form}": t for t in findings.unnamed if t.ci95}
+    sure = {key: abs(sum(t.ci95)) / (t.ci95.upper - t.ci95.lower) for key, t in terms.items() if t.ci95}
+    order = sorted(terms, key=lambda key: (parse_form(terms[key].form).odd, sure[key]))
+    return [key for key in order[:-1] if sure[key] <= 1.0]
 
 
 def in_winds(findings: Findings, winds: Sequence[Flow]) -> Findings:
@@ -247,8 +261,9 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     tests, rests = _test(looked, model, told_of_sensors)
     left = {e.key: e.residual_ratio for e in model.evidence if e.selected}
     apart = unseen.steps[-1] if unseen.steps else ()
-    without_rest = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
-    found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left)
+    biased = omitted_variable_bias(search, model.state, model.about)
+    narrow = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
+    found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left, biased)
     timing = partial(record_errors, search, model.state.vehicle, model.state.active, found)
     tests = replace(tests, out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())))
     kept = (*model.kept, *model.subthreshold)
@@ -261,7 +276,7 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         intervals=found,
         kept=kept,
         order=[label for label, _ in told[1:]],
-        claims=gather_claims(model.evidence, search.pool, nominal, found, tests, kept, without_rest),
+        claims=gather_claims(model.evidence, search.pool, nominal, found, tests, kept, narrow),
         tests=tests,
         known=looked.known,
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},

@@ -28,7 +28,7 @@ from .evidence.weighing import Evidence, assess_candidates, in_place_of, limit_c
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import Identifiability, Rehearsal, plausible_amounts, rehearse
 from .search.estimation import polish
-from .search.floating import Search, State, static_effects
+from .search.floating import Search, State, difference, static_effects
 from .search.rival_explanations import as_common_scale, has_residual_structure
 from .search.scoring import TELL_APART
 
@@ -385,6 +385,28 @@ def _assess(found: ForceFit, say: Say) -> SearchResult:
         notes=basis.remarks,
         free=found.free,
     )
+
+
+def without_terms(looked: SearchResult, unsure: Sequence[str], say: Say) -> SearchResult | None:
+    """The candidates weighed anew beside a model of a force balance with fewer terms; None where it needs them all.
+
+    Of terms that cancel one another where the log has been, other turns would make a force that never was: of models
+    that do as well the one with the fewest of them predicts best elsewhere (Hastie, Tibshirani and Friedman 2009,
+    section 7.10).
+
+    Parameters
+    ----------
+    unsure : terms that may go, in the order in which they are tried
+    """
+    search, state = looked.search, looked.state
+    for key in unsure:
+        less = search.without(state, key)
+        if search.does_as_well((less.fit, less.score), (looked.state.fit, looked.state.score)):
+            state = less
+    if state is looked.state:
+        return None
+    say(Stage(difference(looked.state.active, state.active)))
+    return _assess(ForceFit(looked.basis, search, state, looked.free, looked.rehearsal), say)
 
 
 def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:

@@ -15,6 +15,7 @@ from ..physics.reading import Plain
 from ..physics.sources import with_sources
 from ..physics.stage import Say, Stage
 from ..physics.vehicle import Vehicle
+from ..reports.page.outcome import gets_worse, hero
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import ROLLOUT_UNITS, evaluate
@@ -58,9 +59,15 @@ class FitRun(Card):
         """Sentences on the fit, and what to think of it."""
         found, count = self.calibration, len(self.calibration.parameters)
         texts = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
+        deciding = f"{found.horizon:g}"
+        led = hero(self.steps, deciding)
+        if found.worse or gets_worse(self.steps, deciding):
+            errors = f"{led.in_words} {number(led.before, 2)} {led.unit} before, {number(led.after, 2)} after"
+            texts.append(
+                f"It predicts rows that it did not see worse than the file does ({errors}): the model lacks something "
+                "else. Keep the file's numbers, and see what is missing with discover."
+            )
         texts += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
-        if found.worse:
-            texts.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
         left = [
             f"{axis} ({f:.2g} {unit}, of it {n:.2g} {unit} sensor noise)"
             for axis, f, n, s, unit in zip(
