@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import inf
+from math import ceil, floor, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from .basis import Basis
 from .candidates.candidate import Candidate, Kind
 from .candidates.unnamed_terms import FINE, free_forms
 from .effect_findings import FittedTerm
-from .evidence.invariance import ERRORS, fitted_by_blocks
+from .evidence.invariance import ERRORS, LEAST_SHARE, fitted_by_blocks
 from .evidence.weighing import CERTAINLY
 from .findings import BoatChange, Findings
 from .search.estimation import Interval
@@ -75,19 +75,26 @@ class _Instants:
     def coarse(self) -> list[int]:
         """Tests from which a change is tried: parts of all rows, and where one of several logs begins."""
         tests = self.logs.size
-        return sorted({*(tests * part // FINE for part in range(1, FINE)), *self.begins} - {0})
+        return sorted({*(tests * part // FINE for part in range(1, FINE) if part in self._inner(FINE)), *self.begins})
 
     def near(self, first: int) -> range:
         """Tests about one of these, as far as the next ones; that alone where a log begins."""
-        reach = max(self.logs.size // FINE, 1)
+        reach, inner = max(self.logs.size // FINE, 1), self._inner(self.logs.size)
         if first in self.begins:
             return range(first, first + 1)
-        return range(max(first - reach, 1), min(first + reach, self.logs.size), max(reach // FINE, 1))
+        return range(max(first - reach, inner.start), min(first + reach, inner.stop), max(reach // FINE, 1))
 
     def about(self, first: int) -> range:
         """Every test about one of these, as far as the next; that alone where a log begins."""
-        step = self.near(first).step if first not in self.begins else 0
-        return range(max(first - step, 1), min(first + step + 1, self.logs.size)) if step else range(first, first + 1)
+        if first in self.begins:
+            return range(first, first + 1)
+        step, inner = self.near(first).step, self._inner(self.logs.size)
+        return range(max(first - step, inner.start), min(first + step + 1, inner.stop))
+
+    @staticmethod
+    def _inner(size: int) -> range:
+        """Places of so many that leave enough on both sides to know two boats (Andrews 1993, section 3)."""
+        return range(ceil(LEAST_SHARE * size), floor((1.0 - LEAST_SHARE) * size) + 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,13 +146,16 @@ def find_change(basis: Basis, say: Say) -> BoatChange | None:
     begun = [_best(search, state, effects, when) for state in (empty, static)]
     apart = {(best.trial.candidate.key, best.first): best for best in begun}
     fits = [(_search_beside(search, best.changed, empty), best) for best in apart.values()]
-    alone = RecordErrorFit(search, effects[0].columns[:, :, :0], static)
-    most = MOST * search.unexplained(static.fit.held_out)
+    none = effects[0].columns[:, :, :0]
+    alone = RecordErrorFit(search, none, static)
 
     def holds(fit: RecordErrorFit, best: _Best) -> bool:
-        """Whether a change earns its sizes and its instant beyond doubt, and explains most of what was left."""
+        """Whether a change earns its sizes and its instant beyond doubt, and explains most of what its model leaves."""
         least = CERTAINLY + search.settings.price * (len(best.trial.symbols) + 1)
-        return search.unexplained(fit.error) <= most and min(fit.earned, alone.worth() - fit.worth()) >= least
+        if min(fit.earned, alone.worth() - fit.worth()) < least:
+            return False
+        left = min(search.unexplained(one.error) for one in (alone, RecordErrorFit(search, none, fit.state)))
+        return search.unexplained(fit.error) <= MOST * left
 
     sure = [fit for fit, best in fits if holds(fit, best)]
     if not sure:

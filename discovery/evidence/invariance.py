@@ -27,7 +27,7 @@ from ..search.scoring import MATERIAL, TELL_APART
 from ..search.surrogates import NoiseCopies
 from .unmodelled_forces import FormColumns, ResidualSelection, effective_blocks
 
-_LEAST_SHARE = 0.15
+LEAST_SHARE = 0.15
 """Share of the tests from which parts are tried, and which they must leave: a few seconds astern say nothing of a
 size."""
 _TURNING = 0.3
@@ -223,7 +223,7 @@ def regions(search: Search) -> Iterator[Region]:
         Region(("turning to port", "elsewhere"), r < -turning),
         Region(("turning to starboard", "elsewhere"), r > turning),
     ):
-        if _LEAST_SHARE <= region.tests.mean() <= 1.0 - _LEAST_SHARE:
+        if LEAST_SHARE <= region.tests.mean() <= 1.0 - LEAST_SHARE:
             yield region
 
 
