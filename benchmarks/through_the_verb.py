@@ -5,13 +5,14 @@
     python benchmarks/through_the_verb.py STUDY --one KIND SEED [--into FOLDER]
 
 Studies: plain (effects of the catalogue, or none), nothing (nothing hidden), short (pieces of logs), seas (effects in
-waves or beside noise that lasts), turning (hulls that turn by themselves), several (logs of one boat), foreign (another
-simulator, other sensors and records), nameless (causes that the catalogue does not hold), sensors (one that errs),
-field (real and other people's logs), others (other people's simulators). Records are kept in `benchmarks/records`, so
-that a study which was stopped goes on where it was. They hold the facts of each answer: `--tell` scores them by the
-judgement as it is now, and runs nothing. Records that other sources made are carried over where these give a sample of
-the logs (twenty, or one in twenty) the same facts, and made anew one by one where not; or told with `--stale`. With
-`--pages` the pages of `docs` are written on which these studies are told.
+waves or beside noise that lasts), worn (a file that is a little off everywhere), turning (hulls that turn by
+themselves), several (logs of one boat), foreign (another simulator, other sensors and records), nameless (causes that
+the catalogue does not hold), sensors (one that errs), field (real and other people's logs), others (other people's
+simulators). Records are kept in `benchmarks/records`, so that a study which was stopped goes on where it was. They hold
+the facts of each answer: `--tell` scores them by the judgement as it is now, and runs nothing. Records that other
+sources made are carried over where these give a sample of the logs (twenty, or one in twenty) the same facts, and made
+anew one by one where not; or told with `--stale`. With `--pages` the pages of `docs` are written on which these studies
+are told.
 The second form tells of one log alone.
 """
 

@@ -4,6 +4,7 @@ Every log is written to a file and read as a user's. Seeds say all: the same one
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from undertow.discovery.evidence.weighing import CERTAINLY
 from undertow.physics.effects import EFFECTS
+from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.integration import rollout
 from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.motion import Array, Motion, wrap_angle
@@ -241,10 +243,14 @@ def sea(kind: str, seed: int) -> Logged:
     case = draw(SEAS[kind], number + number // len(EFFECTS), seed)
     if SEAS[kind].waves:
         return logged("seas", kind, seed, case)
-    rng, log = np.random.default_rng([seed, 16]), case.log
-    share = float(rng.uniform(0.4, 1.2))
+    rng = np.random.default_rng([seed, 16])
+    return logged("seas", kind, seed, case, with_lasting_noise(case.log, float(rng.uniform(0.4, 1.2)), rng))
+
+
+def with_lasting_noise(log: SimulatedLog, share: float, rng: np.random.Generator) -> SimulatedLog:
+    """The log with so much more of the noise of a filter as is usual, see `LASTING`."""
     lasting = np.stack([coloured(log.odometry_time, share * size, time, rng) for size, time in LASTING], axis=1)
-    return logged("seas", kind, seed, case, replace(log, odometry=log.odometry + lasting))
+    return replace(log, odometry=log.odometry + lasting)
 
 
 def coloured(time: Array, size: float, memory: float, rng: np.random.Generator) -> Array:
@@ -256,6 +262,55 @@ def coloured(time: Array, size: float, memory: float, rng: np.random.Generator) 
     for k, share in enumerate(kept.tolist()):
         found[k + 1] = share * found[k] + np.sqrt(1.0 - share**2) * fresh[k + 1]
     return size * found
+
+
+# Files that are a little wrong everywhere
+
+WORN = {
+    "worn": Part("one effect, a file that is a little off", 1, 0, ALL, ("field", "low", "rough")),
+    "worn, noise that lasts": Part("the same, noise that lasts", 1, 0, ALL, ("field", "low")),
+    "worn, nothing else": Part("a file that is a little off", 0, 0, ALL, ("field", "low", "rough")),
+}
+WORN_LOGS = {"tuning": (700_000, 40), "reporting": (750_000, 100)}
+"""First seed and number of logs of a kind, of which nothing else has a third."""
+OFF, TOLD_OFF = (0.03, 0.1), 0.02
+"""Standard deviation by which the numbers of a file are off, as shares, and the share from which one is told as off."""
+_OWN = ("hull", "coupling", "mass")
+"""Families of effects whose numbers a file states; it states the force and the arms of its thrusters, too."""
+
+
+def worn_keys(purpose: str) -> list[Key]:
+    """Kinds and seeds, in turn."""
+    start, logs = WORN_LOGS[purpose]
+    kinds = list(WORN)
+    return [(kind, start + 1000 * k + n) for n in range(logs) for k, kind in enumerate(kinds) if k < 2 or n % 3 == 0]
+
+
+def worn(kind: str, seed: int) -> Logged:
+    """A log of one effect, or of none, and a file whose numbers are all a little off, as those of a tank test are."""
+    number, rng = seed % 1000, np.random.default_rng([seed, 17])
+    case = draw(WORN[kind], number + number // len(EFFECTS), seed)
+    symbols = {p.symbol for e in EFFECTS if e.family in _OWN for p in e.parameters} | {"thrust_scale", "arm_scale"}
+    stated = sorted(s for s in symbols if case.nominal.value(s) != 0.0)
+    for _ in range(50):
+        shares = rng.uniform(*OFF) * rng.standard_normal(len(stated))
+        off = dict(zip(stated, shares.tolist(), strict=True))
+        file = case.nominal.with_values({s: case.nominal.value(s) * np.exp(share) for s, share in off.items()})
+        with suppress(RequestError, VehicleError):
+            file.checked()
+            break
+    changed = {s for s, share in off.items() if abs(share) > TOLD_OFF}
+    part = {e.name for e in EFFECTS if set(e.symbols) & changed} - {name.partition("[")[0] for name in case.hidden}
+    absolute = {s for e in EFFECTS if not e.added for s in e.symbols}
+    values = {
+        s: value + (0.0 if s in absolute or s not in off else case.nominal.value(s) - file.value(s))
+        for s, value in merged(case.hidden).items()
+    }
+    log = case.log
+    if kind == "worn, noise that lasts":
+        log = with_lasting_noise(log, float(rng.uniform(0.4, 1.2)), rng)
+    found = logged("worn", kind, seed, replace(case, nominal=file), log)
+    return replace(found, part=frozenset(part), known=values)
 
 
 # Pieces of logs

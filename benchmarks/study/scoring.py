@@ -109,7 +109,7 @@ def named(record: Record, *verdicts: str) -> bool:
 
 # Logs
 
-_PLAIN = ("plain", "nothing", "short", "seas", "several")
+_PLAIN = ("plain", "nothing", "short", "seas", "several", "worn")
 """Studies whose causes the catalogue describes, where they have a name."""
 
 

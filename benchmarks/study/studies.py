@@ -55,6 +55,7 @@ STUDIES = {
     "nothing": Study(hidden_worlds.empty_keys, hidden_worlds.empty),
     "short": Study(hidden_worlds.short_keys, hidden_worlds.short),
     "seas": Study(_sea_keys, _sea),
+    "worn": Study(hidden_worlds.worn_keys, hidden_worlds.worn),
     "turning": Study(hidden_worlds.turning_keys, hidden_worlds.turning),
     "several": Study(several_logs.keys, several_logs.several),
     "foreign": Study(foreign_logs.keys, foreign_logs.foreign),
