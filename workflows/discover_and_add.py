@@ -280,7 +280,8 @@ def assess(
     folds = found.findings.folds
     if folds is not None and _folds(inputs, found):
         folds = folds.but(models=found.unseen.recorded(found.nominal, list(inputs.starts)))
-    headline = verdict_in_words(found.findings.but(steps=steps), compared)
+    sensors = _sensors(found.findings.sensors, inputs)
+    headline = verdict_in_words(found.findings.but(steps=steps, sensors=sensors), compared)
     if found.findings.missing and compared.best.horizon and not compared.best.model:
         headline = f"{headline.removesuffix('.')}; yet no model here predicts these rows better than a guess."
     findings = found.findings.but(
@@ -290,7 +291,7 @@ def assess(
         data=data,
         headline=f"From a broken log: {headline}" if inputs.broken else headline,
         warnings=tuple(w for w in inputs.warnings if w != UNPROVEN or not _shows_places(corrected, baselines)),
-        sensors=_sensors(found.findings.sensors, inputs),
+        sensors=sensors,
     )
     fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)
     vehicle = fitted.vehicle if fitted else None

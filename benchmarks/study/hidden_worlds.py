@@ -275,6 +275,8 @@ WORN_LOGS = {"tuning": (700_000, 40), "reporting": (750_000, 100)}
 """First seed and number of logs of a kind, of which nothing else has a third."""
 OFF, TOLD_OFF = (0.03, 0.1), 0.02
 """Standard deviation by which the numbers of a file are off, as shares, and the share from which one is told as off."""
+_MASSES = {"mass", "X_udot", "Y_vdot", "N_uv"}
+"""What is one number to a log, or nearly: m - X_udot, m - Y_vdot, and the moment that their difference makes."""
 _OWN = ("hull", "coupling", "mass")
 """Families of effects whose numbers a file states; it states the force and the arms of its thrusters, too."""
 
@@ -300,6 +302,8 @@ def worn(kind: str, seed: int) -> Logged:
             file.checked()
             break
     changed = {s for s, share in off.items() if abs(share) > TOLD_OFF}
+    if changed & _MASSES:
+        changed |= _MASSES
     part = {e.name for e in EFFECTS if set(e.symbols) & changed} - {name.partition("[")[0] for name in case.hidden}
     absolute = {s for e in EFFECTS if not e.added for s in e.symbols}
     values = {

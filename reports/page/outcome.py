@@ -148,8 +148,14 @@ def settled(findings: Findings, comparison: Comparison) -> bool:
 
 
 def headline(findings: Findings, comparison: Comparison) -> str:
-    """The verdict in a sentence, that of the findings where the facts bear it; of a boat that changes, after how."""
+    """The verdict in a sentence, that of the findings where the facts bear it; of a boat that changes, after how.
+
+    Where nothing is missing, what the sensors do wrong is what there is to tell.
+    """
     told, change = _verdict(findings, comparison), findings.change
+    wrong = [words(one.error) for one in findings.sensors if one.verdict == "present" and one.correction != WATER]
+    errs = f" The log's sensors err: {listing(wrong)}." if wrong and findings.verdict == "nothing missing" else ""
+    told = told if errs in told else f"{told}{errs}"
     if change is None or change.begins in told:
         return told
     return f"{change.begins} {told}"
@@ -359,7 +365,8 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     before, own = models.get(NOMINAL, float("nan")), models.get(best.model, float("nan"))
     if not best.model or not isfinite(before) or not own <= before:
         guess = "a guess that knows nothing of the boat. " * (best.grounds is Grounds.GUESS)
-        return f"{guess}{best.sentence}" or outcome(findings, comparison) or "only the nominal model was judged."
+        told = best.sentence.replace(f"Trust {best.model}: ", f"the {best.model} model, for ", 1)
+        return f"{guess}{told}" or outcome(findings, comparison) or "only the nominal model was judged."
     what, unit = led.in_words, led.unit
     if best.model != NOMINAL:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
