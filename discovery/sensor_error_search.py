@@ -280,27 +280,31 @@ def _end(search: Search, begin: State | None) -> tuple[float, Array]:
 
 
 def _estimate(basis: Basis) -> Array | None:
-    """Errors of the sensors that a force balance asks for whatever model stands beside them.
+    """Errors of the sensors that a force balance asks for whatever model stands beside them; None where for none.
 
-    None where for none, or where a crowd stands beside them.
+    Beside an error that is taken out by half there is a crowd of stand-ins, so the estimate is refined until it stays
+    before anything is searched for without it.
     """
     search = basis.force_search
     empty = search.evaluate(search.nominal, ())
     columns = _columns(search, empty)
-    within = search_with_record_errors(search, columns, empty)
-    errors = HiddenErrors.of(within.errors * _USUAL)
-    if errors == NONE:
-        return None
-    # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
-    motions = [errors.corrected(motion) for motion in basis.forces.motions]
-    again = _fit_with_sensor_errors(choose_balance(motions, basis.nominal, basis.settings).force_search)
-    if _overfits(ForceFit(basis, search, again.state)):  # stand-ins for whatever it is, not for errors of the sensors
-        return None
-    taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
-    best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
-    if search_with_record_errors(search, columns[:, :, :0], empty).worth() - best < CERTAINLY:
-        return None
-    return taken + again.errors * _USUAL
+    fit = search_with_record_errors(search, columns, empty)
+    alone = search_with_record_errors(search, columns[:, :, :0], empty).worth()
+    estimate, best = fit.errors * _USUAL, fit.worth()
+    for _ in range(_ROUNDS):
+        errors = HiddenErrors.of(estimate)
+        if errors == NONE:
+            return None
+        taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
+        motions = [errors.corrected(motion) for motion in basis.forces.motions]
+        fit = _fit_with_sensor_errors(choose_balance(motions, basis.nominal, basis.settings).force_search)
+        best = min(best, fit.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
+        if alone - best < CERTAINLY:
+            return None
+        estimate = taken + fit.errors * _USUAL
+        if np.abs(fit.errors).max() < _SETTLED[basis.has_sensor_noise]:
+            break
+    return estimate
 
 
 def _columns(search: Search, state: State) -> Array:

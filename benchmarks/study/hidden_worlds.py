@@ -273,7 +273,7 @@ WORN = {
 }
 WORN_LOGS = {"tuning": (700_000, 40), "reporting": (750_000, 100)}
 """First seed and number of logs of a kind, of which nothing else has a third."""
-OFF, TOLD_OFF = (0.03, 0.1), 0.02
+OFF, TOLD_OFF = (0.03, 0.1), 0.005
 """Standard deviation by which the numbers of a file are off, as shares, and the share from which one is told as off."""
 _MASSES = {"mass", "X_udot", "Y_vdot", "N_uv"}
 """What is one number to a log, or nearly: m - X_udot, m - Y_vdot, and the moment that their difference makes."""

@@ -164,7 +164,11 @@ def headline(findings: Findings, comparison: Comparison) -> str:
 def _verdict(findings: Findings, comparison: Comparison) -> str:
     nothing = findings.verdict == "nothing missing"
     if findings.headline and findings.verdict == "undecided" and _own_numbers_do(findings, comparison):
-        own = f" Fitting the file's own numbers {_done_to(hero(findings.steps, comparison.best.horizon))}."
+        done = _done_to(hero(findings.steps, comparison.best.horizon))
+        instead = f"{_FILE_OFF} {done}."
+        if findings.headline.startswith("Nothing") or findings.headline.endswith(instead):
+            return findings.headline if findings.headline.endswith(instead) else instead
+        own = f" Fitting the file's own numbers {done}."
         return f"{findings.headline.removesuffix(own)}{own}"
     if findings.headline and (not nothing or settled(findings, comparison)):
         return findings.headline
@@ -184,8 +188,10 @@ def _verdict(findings: Findings, comparison: Comparison) -> str:
     done = _done_to(led)
     if findings.added:
         return f"No name is sure, and yet model.yaml {done}."
-    told = f"No new effect is needed: numbers of the vehicle file are off, and putting them right {done}."
-    return f"{told} {passing}".strip()
+    return f"{_FILE_OFF} {done}. {passing}".strip()
+
+
+_FILE_OFF = "No new effect is needed: numbers of the vehicle file are off, and putting them right"
 
 
 def _own_numbers_do(findings: Findings, comparison: Comparison) -> bool:
