@@ -83,11 +83,14 @@ def label(name: str, true: Collection[str], part: Collection[str]) -> str:
 def names(record: Record, *verdicts: str) -> list[str]:
     """What is named under some verdicts, `missing` where nobody says it.
 
-    A term without a name is such a name in worlds that the catalogue describes; elsewhere it is an honest answer.
+    A term without a name is such a name in worlds that the catalogue describes; elsewhere it is an honest answer. What
+    has changed is missing on one side of that.
     """
     words = verdicts or ("missing",)
-    terms = record.get("unnamed", ()) if "missing" in words and kind_of_world(record) == "plain" else ()
-    return [*(name for word in words for name in record.get(word, ())), *terms]
+    surely = "missing" in words
+    terms = record.get("unnamed", ()) if surely and kind_of_world(record) == "plain" else ()
+    changed = [record["changed"]] if surely and record.get("changed") else []
+    return list(dict.fromkeys([*(name for word in words for name in record.get(word, ())), *changed, *terms]))
 
 
 def false_names(record: Record, *verdicts: str) -> list[str]:
@@ -214,7 +217,7 @@ def outcome(record: Record) -> str:
     if names(record) and record["true"] and exact(record):
         return "exact"
     rules = (
-        ("part", bool(record.get("missing"))),
+        ("part", bool(record.get("missing") or record.get("changed"))),
         ("likely", named(record, "likely")),
         ("sensor told", sensor_told(record)),
         ("a force", force_told(record) or bool(record.get("unnamed"))),

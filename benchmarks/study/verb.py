@@ -123,6 +123,7 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "headline": findings.headline[:200],
         "missing": [c.key for c in findings.candidates if c.verdict == "missing"],
         "likely": [c.key for c in findings.candidates if c.verdict == "likely"],
+        "changed": changed(findings, logged),
         "first": next((c.key for c in findings.candidates if c.verdict != "no evidence"), ""),
         "unnamed": [t.symbol or f"{t.axis}:{t.form}" for t in findings.unnamed],
         "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present" and s.correction != WATER}),
@@ -146,6 +147,12 @@ def facts(findings: Findings, logged: Logged) -> Record:
             and (c.verdict != "no evidence" or label(c.key, logged.true, logged.part) != "false")
         },
     }
+
+
+def changed(findings: Findings, logged: Logged) -> str:
+    """The effect of which it is told that it has changed, or one of its look-alikes that is true; empty where none."""
+    told = (findings.change.effect, *findings.change.alike) if findings.change is not None else ("",)
+    return next((key for key in told if label(key, logged.true, logged.part) != "false"), told[0])
 
 
 def claimed(effect: EffectFinding, logged: Logged) -> Record:
