@@ -401,7 +401,8 @@ def without_terms(looked: SearchResult, unsure: Sequence[str], say: Say) -> Sear
     search, state = looked.search, looked.state
     for key in unsure:
         less = search.without(state, key)
-        if search.does_as_well((less.fit, less.score), (looked.state.fit, looked.state.score)):
+        lost = (less.fit.held_out - looked.state.fit.held_out) / np.maximum(search.nominal_error, 1e-300)
+        if lost.max() < search.settings.materiality:
             state = less
     if state is looked.state:
         return None
