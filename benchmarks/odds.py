@@ -28,7 +28,7 @@ from undertow.discovery import claims
 UNFITTED = ("field", "several", "worn")
 """Studies that the odds are not fitted to, and are held against: names of several logs would be told no better, and of
 single logs more false ones would be likely. So they would where all numbers of a file are off and every name is true:
-with these nine plain logs of 844 more are exact, and five of 1,027 reporting logs more get a false name."""
+with these (ad hoc) nine plain logs of 844 more are exact, and five of 1,026 reporting logs more get a false name."""
 SAID = (0.95, 0.8)
 TRIED = {
     "_CLEAR": (1.0, 2.0, 2.5, 3.0, 3.5, 4.0),

@@ -9,7 +9,7 @@ searched for in the rows since then, as the boat is now, or in those before wher
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, floor, inf
 
@@ -53,9 +53,9 @@ class _Trial:
     columns: Array
     noise: Array
 
-    def since(self, first: int) -> Array:
-        """Its columns from a test on."""
-        return self.columns * (np.arange(len(self.columns)) >= first)[:, None, None]
+    def since(self, first: int, columns: Array | None = None) -> Array:
+        """Its columns (or the copies of their noise) from a test on."""
+        return (self.columns if columns is None else columns) * (np.arange(len(self.columns)) >= first)[:, None, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,8 +118,8 @@ class _Best:
     @property
     def changed(self) -> _Trial:
         """The effect from that test on."""
-        trial, there = self.trial, (np.arange(len(self.trial.columns)) >= self.first)[:, None, None]
-        return _Trial(trial.candidate, trial.symbols, trial.columns * there, trial.noise * there)
+        trial = self.trial
+        return replace(trial, columns=trial.since(self.first), noise=trial.since(self.first, trial.noise))
 
 
 def find_change(basis: Basis, say: Say) -> BoatChange | None:

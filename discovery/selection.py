@@ -396,7 +396,8 @@ def without_terms(looked: SearchResult, unsure: Sequence[str], say: Say) -> Sear
 
     Parameters
     ----------
-    unsure : terms that may go, in the order in which they are tried
+    unsure : terms that may go, in the order in which they are tried: each does while less than `materiality` of the
+        nominal model's squared error comes back on every axis, as much as decides which model is written
     """
     search, state = looked.search, looked.state
     for key in unsure:

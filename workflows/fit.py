@@ -61,10 +61,11 @@ class FitRun(Card):
         texts = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
         deciding = f"{found.horizon:g}"
         led = hero(self.steps, deciding)
-        if found.worse or gets_worse(self.steps, deciding):
-            errors = f"{led.in_words} {number(led.before, 2)} {led.unit} before, {number(led.after, 2)} after"
+        here = gets_worse(self.steps, deciding)
+        if found.worse or here:
+            errors = f" ({led.in_words} {number(led.before, 2)} {led.unit} before, {number(led.after, 2)} after)" * here
             texts.append(
-                f"It predicts rows that it did not see worse than the file does ({errors}): the model lacks something "
+                f"It predicts rows that it did not see worse than the file does{errors}: the model lacks something "
                 "else. Keep the file's numbers, and see what is missing with discover."
             )
         texts += [f"{note[0].upper()}{note[1:]}." for note in found.notes]

@@ -285,7 +285,12 @@ def worn_keys(purpose: str) -> list[Key]:
     """Kinds and seeds, in turn."""
     start, logs = WORN_LOGS[purpose]
     kinds = list(WORN)
-    return [(kind, start + 1000 * k + n) for n in range(logs) for k, kind in enumerate(kinds) if k < 2 or n % 3 == 0]
+    return [
+        (kind, start + 1000 * k + n)
+        for n in range(logs)
+        for k, kind in enumerate(kinds)
+        if WORN[kind].hidden or n % 3 == 0
+    ]
 
 
 def worn(kind: str, seed: int) -> Logged:
@@ -301,6 +306,8 @@ def worn(kind: str, seed: int) -> Logged:
         with suppress(RequestError, VehicleError):
             file.checked()
             break
+    else:
+        raise RequestError(f"seed {seed}: no sound file in fifty draws")
     changed = {s for s, share in off.items() if abs(share) > TOLD_OFF}
     if changed & _MASSES:
         changed |= _MASSES

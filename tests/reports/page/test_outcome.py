@@ -12,7 +12,7 @@ from sample_run import write_sample
 from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
-from undertow.discovery.findings import Findings, NamelessForce, Rise, Step, leading_force
+from undertow.discovery.findings import Findings, NamelessForce, Rise, SensorError, Step, leading_force
 from undertow.physics.presentation import NARROW, sentence_case
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
@@ -578,3 +578,15 @@ def test_where_two_seconds_decide_and_no_place_changes_a_speed_leads(horizon: st
         return SimpleNamespace(rollout_rmse={horizon: errors}, rollout=lambda _: SimpleNamespace(of=errors.get))
 
     assert hero([step(0.15, 0.045), step(position, 0.004)], horizon).metric == led
+
+
+def test_where_nothing_is_missing_the_first_sentence_says_which_sensors_err():
+    scale = SensorError(error="gyro_scale", verdict="present", sentence="The gyro shows 1.12 of every turn.")
+    bias = SensorError(error="gyro_bias", verdict="no evidence", sentence="As it should be.")
+    nothing = story(2.0, 2.0).but(
+        verdict="nothing missing", headline="Nothing material is missing.", steps=(), missing=(), sensors=(scale, bias)
+    )
+    told = headline(nothing, NOTHING)
+    assert told.endswith("The log's sensors err: gyro scale.")
+    assert headline(nothing.but(headline=told), NOTHING) == told
+    assert "sensors" not in headline(story(2.0, 0.5).but(sensors=(scale,)), NOTHING)
