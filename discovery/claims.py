@@ -248,19 +248,21 @@ def gather_claims(
             stands=e.key in kept,
             tests=tests.sizes(e, timed=known[e.key].effect.timed) | near,
         )
-    return {
-        key: _beside(claim, [other for other in result.values() if other is not claim]) for key, claim in result.items()
-    }
+    return dict(zip(result, with_companions(list(result.values())), strict=True))
 
 
-def _beside(claim: Claim, others: Sequence[Claim]) -> Claim:
-    """A claim with the doubt that the other names of the search raise, at a limit or near the file's value.
+def with_companions(claims: Sequence[Claim]) -> list[Claim]:
+    """The claims of one model, each with the doubt that the others raise, at a limit or near the file's value.
 
     Other names that remove a trifle of what this one removes are no crowd: each counts by its share of that trifle.
     """
+    return [_with_companions(claim, [other for other in claims if other is not claim]) for claim in claims]
+
+
+def _with_companions(claim: Claim, others: Sequence[Claim]) -> Claim:
     total = 0.0
     for other in others:
-        near = 1.0 if other.tests.get("at_limit") else other.tests["file_value"]
+        near = 1.0 if other.tests.get("at_limit") else other.tests.get("file_value", 1.0)
         counts = min(_removes(other) / (TRIFLE * _removes(claim)), 1.0)
         total += counts * float(np.clip(_CLEAR + np.log(near), 0.0, _CLEAR))
     tests = {name: size for name, size in claim.tests.items() if name != _COMPANIONS}

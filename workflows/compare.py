@@ -21,6 +21,7 @@ from ..reports.terminal.progress import SHOWN, paced, showing
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.scores import HORIZONS, evaluate
 from ..residuals.series import series
+from .inputs import still_unproven
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_findings, read_run_inputs
 from .run_folder.run_files import check_page
@@ -161,6 +162,8 @@ def _compared(
     if rows != "test":  # a network of the run was trained on most of them
         fitted |= {model.name for model in middle if model.kind == "hybrid"}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
+    own, guesses = ([one for one in judged if (one.model.kind == BASELINE) is baseline] for baseline in (False, True))
+    done = done.but(warnings=still_unproven(inputs.warnings, own, guesses))
     best = done.best
     if best.model in fitted:
         no_test = (

@@ -36,14 +36,11 @@ from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import Errors, evaluate_all
 from ..residuals.series import series
-from .inputs import UNPROVEN
+from .inputs import still_unproven
 from .run_folder.write import Run
 
 MATERIAL = 0.02
 """Share of the nominal model's error by which another model must err less to be written in its place."""
-_PUSHED, _SURELY = "2", 0.5
-"""Rollouts [s] in which a thruster shows what it does, and share of the error of the best guess without thrusters that
-a model of the right ones errs at most: of a boat that is pushed the other way it errs more than the guess."""
 References = tuple[list[Judged], list[str]]
 """The models that are always compared, the nominal one first, judged, and sentences on how they came to be."""
 
@@ -290,7 +287,7 @@ def assess(
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
         headline=f"From a broken log: {headline}" if inputs.broken else headline,
-        warnings=tuple(w for w in inputs.warnings if w != UNPROVEN or not _shows_places(corrected, baselines)),
+        warnings=still_unproven(inputs.warnings, [corrected], baselines),
         sensors=sensors,
     )
     fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)
@@ -341,15 +338,6 @@ def _predicts_better(
 def _of(models: Sequence[Judged]) -> Best:
     """Which of some models to trust, and how the others compare with the first."""
     return best([(one.model, one.errors, one.audit) for one in models])
-
-
-def _shows_places(model: Judged, guesses: Sequence[Judged]) -> bool:
-    """True where a model drives and turns as the boat does, as none would whose thrusters are elsewhere or reversed."""
-    errors = [one.errors.rollout_scores for one in (model, *guesses)]
-    if not guesses or any(_PUSHED not in found for found in errors):
-        return False
-    own, *others = (found[_PUSHED].velocity[[0, 2]] for found in errors)
-    return bool((own < _SURELY * np.min(others, axis=0)).all())
 
 
 def _breaks(model: Judged, nominal: Judged) -> set[str]:

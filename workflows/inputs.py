@@ -9,6 +9,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from ..comparison.comparison import Judged
 from ..measurements.canonical import command_kind
 from ..measurements.formats.registry import find_logs, log_digests
 from ..measurements.inspection import Inspection, examine, inspect_log, pool
@@ -44,7 +47,9 @@ UNPROVEN = (
     "Nothing in the log shows on which side its thrusters are and which way they push: the vehicle file and the "
     "channel map are believed, and if they are wrong, so is what follows. 'undertow inspect' says why."
 )
-
+_PUSHED, _SURELY = "2", 0.5
+"""Rollouts [s] in which a thruster shows what it does, and share of the error of the best guess without thrusters that
+a model of the right ones errs at most: of a boat that is pushed the other way it errs more than the guess."""
 _HOW = "--fix does so in memory, inspect --fix in a new file"
 
 
@@ -84,6 +89,28 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
     told = [finding for finding in known if finding.check in _PLACES]
     unproven = told and not any(finding.verdict != "cannot tell" or finding.parts for finding in told)
     return likely_misplaced(known) or ([UNPROVEN] if unproven else [])
+
+
+def still_unproven(warnings: Sequence[str], models: Sequence[Judged], guesses: Sequence[Judged]) -> tuple[str, ...]:
+    """Warnings without that of the thrusters' places where a model drives and turns as the boat does.
+
+    None would whose thrusters are elsewhere, or reversed.
+
+    Parameters
+    ----------
+    models : the model, or several, of the thrusters of one file
+    guesses : baselines that know of no thruster
+    """
+    shown = any(_shows_places(model, guesses) for model in models)
+    return tuple(text for text in warnings if text != UNPROVEN or not shown)
+
+
+def _shows_places(model: Judged, guesses: Sequence[Judged]) -> bool:
+    errors = [one.errors.rollout_scores for one in (model, *guesses)]
+    if not guesses or any(_PUSHED not in found for found in errors):
+        return False
+    own, *others = (found[_PUSHED].velocity[[0, 2]] for found in errors)
+    return bool((own < _SURELY * np.min(others, axis=0)).all())
 
 
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:

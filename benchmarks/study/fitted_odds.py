@@ -19,7 +19,7 @@ from undertow.discovery.evidence.weighing import CERTAINLY
 from undertow.discovery.judgement import SHARE, SUPPORT, calibrated, features
 
 from .records import Record
-from .scoring import bare, claim_of, kind_of_world, log_score
+from .scoring import bare, claims_of, kind_of_world, log_score
 
 Array = NDArray[np.float64]
 PRICES = tuple((common, own) for common in (1e-3, 3e-3, 1e-2) for own in (1e-2, 3e-2, 0.1, 0.3))
@@ -108,7 +108,7 @@ class Names:
 def names_of(records: Sequence[Record]) -> Names:
     """Every claim of some records."""
     pairs = [(claim, record) for record in records for claim in record.get("claims", ())]
-    facts = [features(claim_of(claim)) for claim, _ in pairs]
+    facts = [features(claim) for record in records for claim in claims_of(record)]
     columns = tuple(facts[0]) if facts else ()
     return Names(
         [claim for claim, _ in pairs],

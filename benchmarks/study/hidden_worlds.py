@@ -313,10 +313,9 @@ def worn(kind: str, seed: int) -> Logged:
         changed |= _MASSES
     part = {e.name for e in EFFECTS if set(e.symbols) & changed} - {name.partition("[")[0] for name in case.hidden}
     absolute = {s for e in EFFECTS if not e.added for s in e.symbols}
-    values = {
-        s: value + (0.0 if s in absolute or s not in off else case.nominal.value(s) - file.value(s))
-        for s, value in merged(case.hidden).items()
-    }
+    values = {s: case.nominal.value(s) - (0.0 if s in absolute else file.value(s)) for s in off.keys() - _MASSES}
+    for s, value in merged(case.hidden).items():
+        values[s] = value + (0.0 if s in absolute or s not in off else case.nominal.value(s) - file.value(s))
     log = case.log
     if kind == "worn, noise that lasts":
         log = with_lasting_noise(log, float(rng.uniform(0.4, 1.2)), rng)

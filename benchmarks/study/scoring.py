@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 from undertow.discovery.balance.shooting import TRIFLE
+from undertow.discovery.claims import with_companions
 from undertow.discovery.effect_findings import Claim, Verdict
 from undertow.discovery.findings import NamelessForce, leading_force
 from undertow.discovery.judgement import Odds, verdict
@@ -44,7 +45,12 @@ def read_odds(path: Path = ODDS) -> Odds:
     return Odds.read(path)
 
 
-def claim_of(claimed: Record) -> Claim:
+def claims_of(record: Record) -> list[Claim]:
+    """The claims of a record, with the doubt that they raise about each other as it is counted today."""
+    return with_companions([_claim_of(one) for one in record.get("claims", ())])
+
+
+def _claim_of(claimed: Record) -> Claim:
     """One claim of a record; the first records list its look-alikes beside the claim alone."""
     alike = {"look_alikes": float(len(claimed["alike"]))} if claimed.get("alike") else {}
     facts = claimed["claim"]
@@ -54,8 +60,7 @@ def claim_of(claimed: Record) -> Claim:
 def rescored(record: Record, odds: Odds) -> dict[str, Any]:
     """The record as another judgement of its facts would have answered."""
     claims = []
-    for c in record.get("claims", ()):
-        claim = claim_of(c)
+    for c, claim in zip(record.get("claims", ()), claims_of(record), strict=True):
         chance = odds.probability(claim)
         claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
     if not claims:

@@ -12,7 +12,8 @@ from math import erfc, inf, sqrt
 
 import numpy as np
 
-from ...physics.worlds.manoeuvres import TRIALS, Step, Trial, in_words
+from ...measurements.preparation.prepare import LEAST_SECONDS as LEAST_LOG
+from ...physics.worlds.manoeuvres import REST, TRIALS, Step, Trial, in_words
 from ..evidence.weighing import CERTAINLY
 from ..search.scoring import TELL_APART
 from .separation import OpenQuestion, Rehearsed
@@ -164,8 +165,8 @@ _POPULATION, _PARENTS = 48, 12
 """Manoeuvres of a generation, and how many of them have descendants."""
 _GENERATIONS, _PATIENCE = 24, 7
 """Generations at most, and how many without a shorter manoeuvre end the search."""
-LEAST_SECONDS = 8.0
-"""Shortest manoeuvre [s]: five test functions of the force balance side by side, so that no single wave decides."""
+LEAST_SECONDS = LEAST_LOG - 2.0 * REST + 2.0
+"""Shortest manoeuvre [s]: with the rest before and after it two more than the shortest log that is read."""
 _RUNS = 4
 """Times that a manoeuvre of the library may be driven to reach as much, as in the advice."""
 _OUTSIDE = 4.0
