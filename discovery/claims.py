@@ -20,6 +20,7 @@ from .balance.shooting import TRIFLE
 from .candidates.candidate import Candidate, Kind, limit_reached
 from .effect_findings import Claim, Reason, Worth
 from .evidence.invariance import Invariance
+from .evidence.omitted_variables import FileError
 from .evidence.record_errors import Misalignment
 from .evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from .evidence.weighing import Evidence
@@ -283,6 +284,7 @@ def widen_intervals(
     apart: Sequence[Vehicle],
     left: Mapping[str, float] = MappingProxyType({}),
     biased: Mapping[str, Array] = MappingProxyType({}),
+    filed: Mapping[str, FileError] = MappingProxyType({}),
 ) -> dict[str, Interval]:
     """Intervals that carry what is left unexplained and the scatter of a number over parts and folds of the log.
 
@@ -297,6 +299,7 @@ def widen_intervals(
     apart : the model without each fold; one without the number says nothing of its size
     left : by key, force that stays unexplained where an effect acts, as a multiple of its own
     biased : by symbol, how far it would lie down and up (2,) beside what was left out, see `omitted_variable_bias`
+    filed : by symbol, what the file's other numbers may make of it, see `file_errors`; it reaches as far
     """
     forms: dict[str, float] = {}
     parts: dict[str, float] = {}
@@ -316,7 +319,9 @@ def widen_intervals(
         wide = max(half, _jackknife([value for value in values if value != nominal.value(symbol)]))
         wide = np.linalg.norm([wide, parts.get(symbol, 0.0), along.get(symbol, 0.0) * (middle - nominal.value(symbol))])
         reach = np.maximum(biased.get(symbol, np.zeros(2)), [-forms.get(symbol, 0.0), forms.get(symbol, 0.0)])
-        down, up = np.hypot(wide, np.maximum(reach, 0.0)).tolist()
+        shift, deviation = filed.get(symbol, (0.0, 0.0))
+        beside = np.hypot(wide, CI * deviation) + np.array([-shift, shift])
+        down, up = np.maximum(np.hypot(wide, np.maximum(reach, 0.0)), beside).tolist()
         least, most = limits.get(symbol, (-np.inf, np.inf))
         result[symbol] = Interval(max(middle - down, min(least, lower)), min(middle + up, max(most, upper)))
     return result

@@ -22,7 +22,8 @@ from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
 from .claims import Tests, at_limits, gather_claims, widen_delays, widen_intervals
 from .effect_findings import FittedTerm
-from .evidence.invariance import find_changing_forces, invariance, omitted_variable_bias
+from .evidence.invariance import find_changing_forces, invariance
+from .evidence.omitted_variables import file_errors, omitted_variable_bias
 from .evidence.record_errors import (
     add_record_errors,
     out_of_step,
@@ -262,8 +263,9 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     left = {e.key: e.residual_ratio for e in model.evidence if e.selected}
     apart = unseen.steps[-1] if unseen.steps else ()
     biased = omitted_variable_bias(search, model.state, model.about)
+    filed = file_errors(search, model.state, model.about)
     narrow = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
-    found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left, biased)
+    found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left, biased, filed)
     timing = partial(record_errors, search, model.state.vehicle, model.state.active, found)
     tests = replace(tests, out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())))
     kept = (*model.kept, *model.subthreshold)

@@ -288,7 +288,7 @@ class NamelessForce(Record):
             return f"is there {self.follows.removeprefix('being ')}"
         # What the model has of it elsewhere may be as wrong: that the sides differ is known, not which one is right.
         found = _SIDE.fullmatch(self.follows)
-        return f"follows {found[1]} otherwise {found[2]} than elsewhere" if found else f"follows {self.follows}"
+        return f"follows {found[1]} differently {found[2]} than elsewhere" if found else f"follows {self.follows}"
 
     @property
     def in_words(self) -> str:

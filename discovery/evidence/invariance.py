@@ -23,7 +23,7 @@ from ..effect_findings import Part
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
-from ..search.scoring import MATERIAL, TELL_APART
+from ..search.scoring import MATERIAL
 from ..search.surrogates import NoiseCopies
 from .unmodelled_forces import FormColumns, ResidualSelection, effective_blocks
 
@@ -110,32 +110,6 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
                     gaps.append(sizes.relative_gap)
                     scatter[symbol] = max(scatter.get(symbol, 0.0), sizes.excess)
         result[option.key] = Invariance(tuple(parts), max(gaps), scatter)
-    return result
-
-
-def omitted_variable_bias(search: Search, state: State, about: tuple[Linearisation, GramScores]) -> dict[str, Array]:
-    """Bias (2,) of each number of a model by effects that were left out as immaterial, down and up, by symbol.
-
-    What explains too little of the force to be told may yet fit surely better, and carry its share of a number that
-    looks like a part of it (Wooldridge 2016, section 3.3). Each is tried alone beside the model.
-
-    Parameters
-    ----------
-    about : columns and scores about the model
-    """
-    linear, scores = about
-    now = {key: linear.options[key][0] for key in state.active}
-    effects = [c.key for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general and c.key not in now]
-    added = [option for key in effects for option in linear.options[key] if option.present]
-    fits = search.fits(scores, [[*now.values(), *more] for more in ([], *([option] for option in added))])
-    own, *others = (dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True)) for fit in fits)
-    best = search.score(fits[0], list(now.values())) - TELL_APART
-    result = {number.symbol: np.zeros(2) for option in now.values() for number in option.numbers}
-    for option, fit, changes in zip(added, fits[1:], others, strict=True):
-        if search.score(fit, [*now.values(), option]) < best:
-            for symbol, _, column, *_ in (number for each in now.values() for number in each.numbers):
-                change = changes.get(column, 0.0) - own.get(column, 0.0)
-                result[symbol] = np.maximum(result[symbol], [-change, change])
     return result
 
 

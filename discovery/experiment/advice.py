@@ -190,7 +190,10 @@ def _purpose(p: Separation) -> str:
 
 def _apart(keys: Sequence[str]) -> str:
     names = [words(key) for key in keys]
-    return " from ".join(names) if len(names) == 2 else f"{listing(names)} apart"
+    if len(names) == 2:
+        return " from ".join(names)
+    more = len(names) - _MOST_NAMED
+    return f"{listing([*names[:_MOST_NAMED], *[f'{more} more'] * (more > 0)])} apart"
 
 
 def _percent(share: float) -> str:

@@ -302,13 +302,26 @@ class GramScores:
         ----------
         independent : tests of all that count as independent
         """
+        columns, *_ = self.layout(chosen)
+        scale = self.scale[columns]
+        inner = np.tensordot(self.weight, self.gram.sum(axis=0)[:, columns[:, None], columns], axes=1)
+        inverse = np.linalg.inv(inner + RIDGE * self.tests * np.eye(columns.size))
+        meat = self.meat(chosen, independent) / (scale[:, None] * scale)
+        return np.asarray(np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0)) / scale)
+
+    def meat(self, chosen: Sequence[Option], independent: float) -> Array:
+        """Covariance (p, p) of the normal equations' right side, of errors that are independent on each axis.
+
+        Parameters
+        ----------
+        chosen : options, whose numbers stand where they start
+        independent : tests of all that count as independent
+        """
         columns, _, _, target = self.layout(chosen)
-        gram = self.gram.sum(axis=0)
+        gram, scale = self.gram.sum(axis=0), self.scale[columns]
         error = np.einsum("i,aij,j->a", target, gram, target) / self.tests
-        inner = gram[:, columns[:, None], columns]
-        inverse = np.linalg.inv(np.tensordot(self.weight, inner, axes=1) + RIDGE * self.tests * np.eye(columns.size))
-        meat = np.tensordot(self.weight**2 * error, inner, axes=1) * self.tests / independent
-        return np.asarray(np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0)) / self.scale[columns])
+        inner = gram[:, columns[:, None], columns] * (scale[:, None] * scale)
+        return np.asarray(np.tensordot(self.weight**2 * error, inner, axes=1) * self.tests / independent)
 
 
 def share_taken(total: Array, blur: Array) -> float:

@@ -487,11 +487,13 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
 
 
 def _drifts(findings: Findings) -> bool:
-    """Whether what is left open acts in sway or yaw: a force without a name, or the damping of what is in play."""
-    open_ones = [c for c in findings.candidates if c.verdict in ("likely", "possible") and not c.cannot_tell]
-    damped = {term.axis for c in open_ones if c.family in ("hull", "coupling") for term in c.terms}
-    nameless = {findings.nameless.axis} if findings.nameless is not None else set()
-    return bool((damped | nameless | {rest.axis for rest in findings.rests}) & {"sway", "yaw"})
+    """Whether what is left open first acts in sway or yaw: a force without a name, damping in play, or a rest."""
+    if findings.nameless is not None:
+        return findings.nameless.axis in ("sway", "yaw")
+    open_ones = [c for c in in_order(findings.candidates) if c.verdict in ("likely", "possible") and not c.cannot_tell]
+    for first in open_ones[:1]:
+        return first.family in ("hull", "coupling") and any(term.axis in ("sway", "yaw") for term in first.terms)
+    return any(rest.axis in ("sway", "yaw") for rest in findings.rests)
 
 
 def _apart(one: float, other: float) -> float:

@@ -7,7 +7,7 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.invariance import invariance, omitted_variable_bias
+from undertow.discovery.evidence.invariance import invariance
 from undertow.discovery.findings import EffectFinding
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
@@ -57,20 +57,3 @@ def test_parts_stand_in_the_file_beside_whether_they_agree():
     content = effect(world.motion(), "yaw_trim").to_dict()
     assert content["agrees"] is True
     assert set(content["parts"][0]) == {"where", "symbol", "value", "ci95"}
-
-
-@pytest.mark.parametrize("added_mass", [0.0, -3.0])
-def test_what_is_left_out_widens_a_number_to_the_side_where_the_truth_lies(added_mass: float):
-    """Added mass in surge is no tenth of the hull's, and turns the boat as a Munk moment of the same size does."""
-    hidden = {"munk_moment": 12.0} | ({"surge_added_mass": added_mass} if added_mass else {})
-    motion = simulate_world(HULL, hidden, duration=240.0, noise="field", seed=7).motion(0.05)
-    search = Search(WeakForm([motion], WeakSettings()), HULL, candidates(HULL), SearchSettings())
-    state = search.evaluate(HULL, ("munk_moment",))
-    about = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    down, up = omitted_variable_bias(search, state, about)["N_uv"]
-    off = state.vehicle.value("N_uv") - HULL.value("N_uv") - 12.0
-    if added_mass:
-        assert abs(off) > 1.0
-        assert -up - 0.2 < off < down + 0.2
-    else:
-        assert max(down, up) < 0.1

@@ -262,9 +262,9 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
         ),
         (
             "r northwest of -1.2 m",
-            "a moment in yaw that follows r otherwise northwest of -1.2 m than elsewhere; no name.",
+            "a moment in yaw that follows r differently northwest of -1.2 m than elsewhere; no name.",
             "drive there and elsewhere once more, for a wall or a shoal may be the cause: a moment in yaw that follows "
-            "r otherwise northwest of -1.2 m than elsewhere.",
+            "r differently northwest of -1.2 m than elsewhere.",
         ),
         (
             "r|r|^0.5",
@@ -336,7 +336,7 @@ def test_a_force_without_a_name_stands_before_names_that_are_not_likely():
         ("being north of 18 m", "a moment in yaw that is there north of 18 m"),
         (
             "u|u| north of 18 m",
-            "a moment in yaw that follows u|u| otherwise north of 18 m than elsewhere",
+            "a moment in yaw that follows u|u| differently north of 18 m than elsewhere",
         ),
     ],
 )
