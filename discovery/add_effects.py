@@ -17,10 +17,11 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import rollouts_contradict
 from .basis import Basis, DiscoverySettings
 from .calibration.before_calibration import with_calibration
-from .candidates.candidate import CALIBRATED
-from .claims import Tests, gather_claims
+from .candidates.candidate import CALIBRATED, remaining_candidates
+from .claims import Tests, gather_claims, widen_intervals
 from .discover import Discovery
 from .effect_findings import Folds
+from .evidence.omitted_variables import file_errors
 from .evidence.record_errors import out_of_step, record_errors, sensor_findings, shares_of_sensor_errors
 from .evidence.unmodelled_forces import rollouts_of_several_logs
 from .evidence.weighing import assess_candidates, limit_confidence
@@ -85,13 +86,17 @@ def add_effects(
         unsure = [c.key for c in searched.added if c.verdict != "missing"]
         findings = searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
         return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
-    evidence = assess_candidates(search, state, settings.seed)
+    every = _with_rivals(basis, fitted)
+    among = every.evaluate(state.vehicle, state.active)
+    evidence = assess_candidates(every, among, settings.seed)
     if basis.uses_rollouts:
         evidence = limit_confidence(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
         if rollouts_contradict(form.squares(nominal), form.squares(corrected), form.overlap):
             notes = (*notes, "open-loop rollouts get worse with these effects than they are without any")
-    told = fitted.intervals
+    linear, scores, _ = every.about(among)
+    filed = file_errors(every, among, (linear, scores))
+    told = widen_intervals(fitted.intervals, search.pool, nominal, Tests(), (), filed=filed)
     order = [str(label) for label, _ in fitted.steps[1:]]
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
@@ -124,6 +129,15 @@ def add_effects(
         sensors=sensors,
     )
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
+
+
+def _with_rivals(basis: Basis, fitted: Fitted) -> Search:
+    """The search of what was added, with every effect that may do as well in its place."""
+    search = fitted.search
+    freed = [symbol for candidate in search.pool if candidate.nuisance for symbol in candidate.symbols]
+    known = {candidate.key for candidate in search.pool}
+    others = [c for c in remaining_candidates(basis.pool, freed) if c.key not in known and basis.judges(c)]
+    return Search(search.balance, search.nominal, (*search.pool, *others), search.settings)
 
 
 def _headline(fitted: Fitted, unsure: Sequence[str]) -> str:
