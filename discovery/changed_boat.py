@@ -3,8 +3,9 @@
 Where no model of one boat explains a force balance, each effect of the catalogue is tried with a second size from each
 of some instants on (a structural change at an unknown date: Andrews 1993, doi:10.2307/2951764; Bai and Perron 1998,
 doi:10.2307/2998540). A model of such a change and of effects beside it must be beyond doubt better than what the search
-finds without it, and so must the change than any law without a name. No vehicle file holds two boats: effects are then
-searched for in the rows since then, as the boat is now, or in those before where these are over twice as many.
+finds without it, and so must the change than any law without a name; one that is there from the same instant on, or
+until then, must do no better. No vehicle file holds two boats: effects are then searched for in the rows since then, as
+the boat is now, or in those before where these are over twice as many.
 """
 
 import re
@@ -162,7 +163,8 @@ def find_change(basis: Basis, say: Say) -> BoatChange | None:
         return None
     fit = min(sure, key=lambda one: one.worth())
     best = _best(search, fit.state, effects, when)
-    if _best_form(search, fit.state, basis.forces, best.trial) > best.gain - CERTAINLY:
+    always, there = _best_forms(search, fit.state, basis.forces, best)
+    if always > best.gain - CERTAINLY or there > best.gain + TELL_APART:
         return None  # a law without a name may do it: in one log many things go with the time
     return _told(search, fit.state, best, when)
 
@@ -284,13 +286,23 @@ def _best(search: Search, state: State, effects: Sequence[_Trial], when: _Instan
     return _Best(trial, first, profile[first], profile, others)
 
 
-def _best_form(search: Search, state: State, weak: WeakForm, effect: _Trial) -> float:
-    """The most that a free form on an axis and one size of an effect take, whatever the form follows but the time."""
+def _best_forms(search: Search, state: State, weak: WeakForm, best: _Best) -> tuple[float, float]:
+    """The most that a free form on an axis takes, whatever it follows but the time.
+
+    Once beside one size of the effect all the time; once in its place, since the same instant or before it.
+    """
     rest, forms = _Rest(search, state), free_forms(weak, search.nominal)
     columns = forms.columns[:, [place for place, name in enumerate(forms.names) if not _OF_TIME.search(name)]]
-    alone = rest.gain(effect.columns)
-    rest.without(effect.columns)
-    return alone + max(float(rest.gains(columns[:, None] * np.eye(3)[axis][None, :, None]).max()) for axis in range(3))
+    alone = rest.gain(best.trial.columns)
+    since = (np.arange(len(columns)) >= best.first)[:, None]
+    there = max(_most(rest, columns * side) for side in (since, ~since))
+    rest.without(best.trial.columns)
+    return alone + _most(rest, columns), there
+
+
+def _most(rest: _Rest, columns: Array) -> float:
+    """The most that one of some columns (tests, n) takes on any axis."""
+    return max(float(rest.gains(columns[:, None] * np.eye(3)[axis][None, :, None]).max()) for axis in range(3))
 
 
 def _search_beside(search: Search, trial: _Trial, empty: State) -> RecordErrorFit:
