@@ -63,7 +63,8 @@ def file_errors(search: Search, state: State, about: tuple[Linearisation, GramSc
     Each is off by a share of itself, normal about zero (random effects; Harville 1977). The deviation of the shares is
     that of the greatest likelihood of the scores, which are what the residual has in common with each number's force
     beside the model: where the file is right, none. Given that, the shares are normal about what the scores ask for,
-    and so is the bias of the model's numbers. The mass is known, or every force could be larger by the same share.
+    and so is the bias of the model's numbers. The mass is known, or every force could be larger by the same share;
+    where it is in question, the thrust is.
 
     Parameters
     ----------
@@ -112,6 +113,8 @@ def _own_numbers(
     """The file's own numbers that stand as they are, each as an option, as far as noise is not most of their force."""
     linear, scores = about
     names = {*calibratable(search.nominal), *_OF_THRUST}
+    if any("mass" in option.symbols for option in now):  # thrust alone then tells how large a force is
+        names -= {*_OF_THRUST}
     others = [c for c in search.pool if c.kind is Kind.EFFECT and c.key not in state.active and {*c.symbols} <= names]
     own: list[Option] = []
     for option in (next(o for o in linear.options[c.key] if o.present) for c in others if not c.effect.shapes):
