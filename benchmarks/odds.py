@@ -25,9 +25,10 @@ from study.studies import FOLDER, STUDIES, stored
 
 from undertow.discovery import claims
 
-UNFITTED = ("field", "several")
+UNFITTED = ("field", "several", "worn")
 """Studies that the odds are not fitted to, and are held against: names of several logs would be told no better, and of
-single logs more false ones would be likely."""
+single logs more false ones would be likely. Where all numbers of a file are off every name is true: with these (ad hoc)
+14 of 1,299 reporting logs more are told, two more get a false name, and the log score falls by 0.012."""
 SAID = (0.95, 0.8)
 TRIED = {
     "_CLEAR": (1.0, 2.0, 2.5, 3.0, 3.5, 4.0),

@@ -294,14 +294,14 @@ def worn_keys(purpose: str) -> list[Key]:
 
 
 def worn(kind: str, seed: int) -> Logged:
-    """A log of one effect, or of none, and a file whose numbers are all a little off, but for a weighed mass."""
+    """A log of one effect, or of none, and a file whose numbers are all a little off, as those of a tank test are."""
     number, rng = seed % 1000, np.random.default_rng([seed, 17])
     case = draw(WORN[kind], number + number // len(EFFECTS), seed)
     symbols = {p.symbol for e in EFFECTS if e.family in _OWN for p in e.parameters} | {"thrust_scale", "arm_scale"}
     stated = sorted(s for s in symbols if case.nominal.value(s) != 0.0)
     for _ in range(50):
         shares = rng.uniform(*OFF) * rng.standard_normal(len(stated))
-        off = {s: share for s, share in zip(stated, shares.tolist(), strict=True) if s != "mass"}
+        off = dict(zip(stated, shares.tolist(), strict=True))
         file = case.nominal.with_values({s: case.nominal.value(s) * np.exp(share) for s, share in off.items()})
         with suppress(RequestError, VehicleError):
             file.checked()
@@ -313,7 +313,7 @@ def worn(kind: str, seed: int) -> Logged:
         changed |= _MASSES
     part = {e.name for e in EFFECTS if set(e.symbols) & changed} - {name.partition("[")[0] for name in case.hidden}
     absolute = {s for e in EFFECTS if not e.added for s in e.symbols}
-    values = {s: case.nominal.value(s) - (0.0 if s in absolute else file.value(s)) for s in off}
+    values = {s: case.nominal.value(s) - (0.0 if s in absolute else file.value(s)) for s in off.keys() - _MASSES}
     for s, value in merged(case.hidden).items():
         values[s] = value + (0.0 if s in absolute or s not in off else case.nominal.value(s) - file.value(s))
     log = case.log

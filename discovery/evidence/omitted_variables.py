@@ -60,11 +60,11 @@ class FileError(NamedTuple):
 def file_errors(search: Search, state: State, about: tuple[Linearisation, GramScores]) -> dict[str, FileError]:
     """What the file's own numbers, as far as they stand, may make of each number of a model, by symbol.
 
-    Each is off by a share of itself, normal about zero (random effects; Harville 1977). The deviation of the shares is
-    that of the greatest likelihood of the scores, which are what the residual has in common with each number's force
-    beside the model: where the file is right, none. Given that, the shares are normal about what the scores ask for,
-    and so is the bias of the model's numbers. The mass is known, or every force could be larger by the same share;
-    where it is in question, the thrust is.
+    Each is off by a share of itself, normal about zero (random effects; Harville 1977,
+    doi:10.1080/01621459.1977.10480998). The deviation of the shares is that of the greatest likelihood of the scores,
+    which are what the residual has in common with each number's force beside the model: where the file is right, none.
+    Given that, the shares are normal about what the scores ask for, and so is the bias of the model's numbers. The mass
+    is known, or every force could be larger by the same share; where it is in question, the thrust is.
 
     Parameters
     ----------
