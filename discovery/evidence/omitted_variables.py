@@ -20,6 +20,8 @@ from ..search.scoring import TELL_APART
 
 _SHARES = np.concatenate([[0.0], np.geomspace(RESOLVED, 1.0, 31)])
 """Deviations by which the numbers of a file may be off, as shares of them, that are tried."""
+_SMALL = 1e-12
+"""Square of a column, or of a residual, without any."""
 _OF_THRUST = ("thrust_scale", "arm_scale")
 """What a file states of its thrusters by their curves and places."""
 
@@ -78,7 +80,7 @@ def file_errors(search: Search, state: State, about: tuple[Linearisation, GramSc
         return {}
     chosen = [*now, *own]
     _, left, right = scores.block_normal(chosen)
-    unit = 1.0 / np.sqrt(np.diag(left.sum(axis=0)))
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(left.sum(axis=0)), _SMALL))
     left, right = left * (unit[:, None] * unit), right * unit
     normal = left.sum(axis=0)
     inside = np.linalg.solve(normal[:size, :size] + RIDGE * np.eye(size), normal[:size])
@@ -88,6 +90,8 @@ def file_errors(search: Search, state: State, about: tuple[Linearisation, GramSc
     curve = project @ normal[:, size:]
     score = project @ right.sum(axis=0)
     noise = project @ (scores.meat(chosen, search.balance.independent) * (unit[:, None] * unit)) @ project.T
+    if np.trace(noise) <= _SMALL:  # nothing is left of which anything could be made
+        return {}
     noise += RIDGE * np.trace(noise) / len(own) * np.eye(len(own))
     noise *= _excess(right @ project.T, noise)
     filed = np.array([abs(search.nominal.value(number.symbol)) for option in own for number in option.numbers])

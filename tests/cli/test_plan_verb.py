@@ -95,8 +95,8 @@ def test_what_would_not_tell_is_not_written(run: Path, tmp_path: Path):
         (("--at", "Kiel"), "expected LAT,LON in degrees"),
         (("--thrust", "140"), "expected a thrust of 5 to 100 %, got 140 %"),
         (("--space", "-3"), "expected a limit of space above 0, got -3"),
-        (("--seconds", "5"), "expected a time of 8 s or more, got 5 s"),
-        (("--seconds", "inf"), "expected a time of 8 s or more, got inf s"),
+        (("--seconds", "5"), "expected a time of 12 s or more, got 5 s"),
+        (("--seconds", "inf"), "expected a time of 12 s or more, got inf s"),
         (("--heading", "nan"), "expected a heading in degrees from north, got nan"),
     ],
 )

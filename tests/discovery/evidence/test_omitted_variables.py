@@ -52,7 +52,7 @@ def test_a_right_file_makes_nothing_of_a_number():
 def test_a_file_that_is_off_everywhere_widens_a_number_to_its_truth():
     """Beside one number that is fitted, eight of the file are off by a tenth to either side."""
     rng, covered, moved = np.random.default_rng(5), 0, 0
-    for seed in range(6):
+    for seed in range(4):
         off = {s: HULL.value(s) * (1.0 + 0.1 * rng.standard_normal()) for s in FILED}
         file = HULL.with_values(off)
         motion = simulate_world(HULL, {"munk_moment": 12.0}, duration=240.0, noise="field", seed=seed).motion(0.05)
@@ -61,8 +61,8 @@ def test_a_file_that_is_off_everywhere_widens_a_number_to_its_truth():
         error = HULL.value("N_uv") + 12.0 - state.vehicle.value("N_uv")
         moved += abs(error) > 0.5
         covered += abs(error - found.shift) < 2.0 * found.deviation + 0.5 or 0.0 < error / found.shift < 1.0
-    assert moved >= 4
-    assert covered >= 5
+    assert moved >= 3
+    assert covered >= 3
 
 
 def test_an_interval_reaches_to_what_the_file_may_make_of_it():
