@@ -22,7 +22,7 @@ from ..candidates.candidate import Candidate, Kind
 from ..candidates.unnamed_terms import FreeForms, finer_forms, free_forms
 from ..findings import OtherForm
 from ..search.floating import Search, State
-from ..search.gram import RIDGE, share_taken
+from ..search.gram import RIDGE, shares_taken
 from ..search.surrogates import NoiseCopies
 
 _NOTHING = 1e-300
@@ -116,7 +116,7 @@ class ResidualSelection:
         copies = max(len(noise), 1)
         total = _summed("ati,atj->ij", self._columns, self._columns)
         added = _summed("cati,catj->ij", blurred, blurred) / copies
-        share = share_taken(total, added) if len(noise) and self._moved.size else 1.0
+        share = float(shares_taken(total[None], added[None])[0]) if len(noise) and self._moved.size else 1.0
         self._inner = total - share * added
         share /= copies
         self._share, self._blur = share, (blurred, blur)

@@ -18,7 +18,7 @@ from ..candidates.linearisation import Option
 RIDGE = 1e-9
 """Added to the diagonal of normal matrices, in units of a column's square: columns that are one can be solved, and none
 that differ by more than rounding is moved."""
-_TOGETHER = 32
+TOGETHER = 32
 """Choices that are fitted together: their matrices stay in the cache of any core, a megabyte of a model of nine."""
 _MOST_NOISE = 0.5
 """Share of the square of any combination of columns that clearing may take off: it regularises the cleared
@@ -152,8 +152,8 @@ class GramScores:
             alike.setdefault((one.columns.size, one.used.size, one.rest.size), []).append(n)
         found: dict[int, Fit] = {}
         for places in alike.values():
-            for k in range(0, len(places), _TOGETHER):
-                some = places[k : k + _TOGETHER]
+            for k in range(0, len(places), TOGETHER):
+                some = places[k : k + TOGETHER]
                 found |= zip(some, self._fitted([laid[n] for n in some], limited), strict=True)
         return [found[n] for n in range(len(laid))]
 
@@ -221,7 +221,7 @@ class GramScores:
 
     def noise_taken(self, columns: np.ndarray) -> float:
         """The share of what noise adds to some columns that is taken off."""
-        return share_taken(*(g[columns[:, None], columns] for g in (self._total, self._blurred)))
+        return float(shares_taken(*(g[None, columns[:, None], columns] for g in (self._total, self._blurred)))[0])
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
         """Drop of the weighted in-sample error by each of several options beside kept ones, (options,).
@@ -324,19 +324,27 @@ class GramScores:
         return np.asarray(np.tensordot(self.weight**2 * error, inner, axes=1) * self.tests / independent)
 
 
-def share_taken(total: Array, blur: Array) -> float:
-    """The share of what noise adds to products of columns (p, p) that may be taken off: no more than half of any."""
+def shares_taken(total: Array, blur: Array) -> Array:
+    """The share of what noise adds to products of columns that may be taken off: no more than half of any.
+
+    Parameters
+    ----------
+    total, blur : (models, p, p)
+    """
+    found = np.ones(len(total))
     if not blur.any():
-        return 1.0
+        return found
     try:  # most often no combination is half noise, which a factor shows at once
         np.linalg.cholesky(_MOST_NOISE * total - blur)
     except np.linalg.LinAlgError:
-        size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
-        level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
+        if len(total) > 1:
+            return np.concatenate([shares_taken(total[k : k + 1], blur[k : k + 1]) for k in range(len(total))])
+        size = 1.0 / np.sqrt(np.where(np.diag(total[0]) > 0.0, np.diag(total[0]), np.inf))
+        level, vectors = np.linalg.eigh(total[0] * (size[:, None] * size[None, :]))
         root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
-        worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
-        return min(1.0, _MOST_NOISE / max(worst, 1e-300))
-    return 1.0
+        worst = float(np.linalg.eigvalsh(root.T @ (blur[0] * (size[:, None] * size[None, :])) @ root).max())
+        found[0] = min(1.0, _MOST_NOISE / max(worst, 1e-300))
+    return found
 
 
 def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:

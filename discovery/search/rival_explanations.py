@@ -6,7 +6,7 @@ of each level. All thrusters' common scale and a scale of each describe the same
 faults is told.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -19,7 +19,7 @@ from ...physics.sources import assumed, how_sure
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from .floating import Search, State
-from .gram import RIDGE, share_taken
+from .gram import RIDGE, TOGETHER, shares_taken
 
 _REFITS = 4
 """Fits after which the weights of the axes stay as they are."""
@@ -82,39 +82,39 @@ class RecordErrorFit:
         two = [{**now, one: gone[one], other: gone[other]} for one, other in combinations(gone, 2)]
         others = [o for c in search.pool if c.key not in now for o in options[c.key] if o.present]
         tried = [*fewer, *two, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
-        ranked = sorted((self.worth(model), n) for n, model in enumerate(tried))
-        for worth, n in ranked[:_TRIALS]:
-            if worth < self.worth() - search.settings.margin:
+        worths = self._worths([list(model.values()) for model in tried])
+        for n in np.argsort(worths, kind="stable")[:_TRIALS].tolist():
+            if worths[n] < self.worth() - search.settings.margin:
                 yield search.apply(self.state, now, tried[n], self._scores)
 
     @property
     def error(self) -> Array:
         """Mean square that the model leaves, (3,) in the square of the balance's unit."""
-        return self._fit(list(self._now.values()))[0]
+        return self._fits([list(self._now.values())])[0][0]
 
     @property
     def errors(self) -> Array:
         """The errors of the record, in units of what is usual."""
-        return self._fit(list(self._now.values()))[1]
+        return self._fits([list(self._now.values())])[0][1]
 
     @property
     def earned(self) -> float:
         """Log-likelihood that errors of the record earn beside the model itself."""
-        chosen = list(self._now.values())
-        return self._worth(chosen, self._fit(chosen, alone=True)) - self.worth()
+        return float(self._worths([list(self._now.values())], alone=True)[0] - self.worth())
 
-    def worth(self, model: Mapping[str, Option] | None = None) -> float:
+    def worth(self) -> float:
         """Half the independent tests times the log error, summed over axes, and the price of all parameters.
 
-        Of a neighbour, or of the model itself. An error of the usual size costs half.
+        An error of the usual size costs half.
         """
-        chosen = list((model or self._now).values())
-        return self._worth(chosen, self._fit(chosen))
+        return float(self._worths([list(self._now.values())])[0])
 
-    def _worth(self, chosen: Sequence[Option], fitted: tuple[Array, Array]) -> float:
-        error, record = fitted
-        price = sum(self._price(option) for option in chosen if option.present)
-        return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * record @ record + price)
+    def _worths(self, models: Sequence[Sequence[Option]], *, alone: bool = False) -> Array:
+        """The worth of each of some models (models,); `alone`: of a record without errors."""
+        prices = [sum(self._price(option) for option in chosen if option.present) for chosen in models]
+        fits = self._fits(models, alone=alone)
+        left = np.array([np.log(error + self._search.floor).sum() for error, _ in fits])
+        return self._half * left + [0.5 * record @ record for _, record in fits] + prices
 
     def _price(self, option: Option) -> float:
         """Of an option alone; thousands of models are made of some dozens."""
@@ -122,32 +122,65 @@ class RecordErrorFit:
             self._prices[id(option)] = self._search.price(self._scores.fit([option]), [option])
         return self._prices[id(option)]
 
-    def _fit(self, chosen: Sequence[Option], *, alone: bool = False) -> tuple[Array, Array]:
-        """What options leave (3,), and the errors of the record; `alone`: of a record without any."""
-        record = range(0 if alone else self._errors)
-        free = [self._errors + index for option in chosen for index in option.free if index >= 0]
-        columns = [*record, *free]
-        target = np.zeros(self._gram.shape[1])
-        target[-1] = 1.0
-        target[[self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
-        prior = np.diag(np.concatenate([np.ones(len(record)), np.zeros(len(free))]))
-        floor, total = self._search.floor, target @ self._gram @ target
-        error, change = total, np.zeros(len(columns))
-        some = np.ix_(range(3), columns, columns)
-        first = 2.0 * self._half / (error + floor)
-        share = share_taken(
-            np.tensordot(first, self._gram[some], axes=1), np.tensordot(first, self._blur[some], axes=1)
-        )
-        clear = self._gram[:, columns] - share * self._blur[:, columns]
-        inner, pull = clear[:, :, columns], clear @ target
+    def _fits(self, models: Sequence[Sequence[Option]], *, alone: bool = False) -> list[tuple[Array, Array]]:
+        """What each model leaves (3,), and the errors of the record; those of one size together.
+
+        Parameters
+        ----------
+        alone : of a record without any errors
+        """
+        record = 0 if alone else self._errors
+        targets = np.zeros((len(models), self._gram.shape[1]))
+        targets[:, -1] = 1.0
+        alike: dict[int, list[tuple[int, list[int]]]] = {}
+        for n, chosen in enumerate(models):
+            targets[n, [self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
+            free = [self._errors + index for option in chosen for index in option.free if index >= 0]
+            alike.setdefault(len(free), []).append((n, [*range(record), *free]))
+        found: dict[int, tuple[Array, Array]] = {}
+        for some in alike.values():
+            for k in range(0, len(some), TOGETHER):
+                places, columns = zip(*some[k : k + TOGETHER], strict=True)
+                left, change = self._fitted(np.array(columns, dtype=int), targets[list(places)], record)
+                found |= zip(places, zip(left, change[:, :record], strict=True), strict=True)
+        return [found[n] for n in range(len(models))]
+
+    def _fitted(self, columns: np.ndarray, targets: Array, record: int) -> tuple[Array, Array]:
+        """What models leave (models, 3), and their coefficients (models, p), of which the first are the record's.
+
+        Parameters
+        ----------
+        columns : (models, p)
+        targets : (models, all columns)
+        record : errors of the record, each of which has a prior of one
+        """
+        left, across = columns[:, :, None], columns[:, None, :]
+        prior = np.diag(np.arange(columns.shape[1]) < record).astype(float)
+        across_all = targets @ self._gram  # (3, models, all columns)
+        total = (across_all * targets).sum(axis=2).T
+        share = self._taken(columns, 2.0 * self._half / (total + self._search.floor))[:, None]
+        inner = self._gram[:, left, across] - share[..., None] * self._blur[:, left, across]
+        rows = np.arange(len(columns))[:, None]
+        pull = across_all[:, rows, columns] - share * (targets @ self._blur)[:, rows, columns]
+        error, change = total, np.zeros(columns.shape)
         for _ in range(_REFITS):
-            weight = 2.0 * self._half / (error + floor)
-            h = np.tensordot(weight, inner, axes=1) + prior
-            size = 1.0 / np.sqrt(np.maximum(np.diag(h), 1e-300))
-            h = h * (size[:, None] * size) + RIDGE * np.eye(size.size)
-            change = size * np.linalg.solve(h, size * (weight @ pull))
-            error = np.maximum(total - 2.0 * pull @ change + change @ inner @ change, 0.0)
-        return error, change[: len(record)]
+            weight = 2.0 * self._half / (error + self._search.floor)
+            h = np.einsum("na,anpq->npq", weight, inner) + prior
+            size = 1.0 / np.sqrt(np.maximum(np.diagonal(h, axis1=1, axis2=2), 1e-300))
+            h = h * (size[:, :, None] * size[:, None, :]) + RIDGE * np.eye(columns.shape[1])
+            right = size * np.einsum("na,anp->np", weight, pull)
+            change = size * np.linalg.solve(h, right[..., None])[..., 0]
+            bent = np.einsum("anpq,nq->anp", inner, change)
+            error = np.maximum(total + np.einsum("anp,np->na", bent - 2.0 * pull, change), 0.0)
+        return error, change
+
+    def _taken(self, columns: np.ndarray, weight: Array) -> Array:
+        """The share of what noise adds to the columns (models, p) of each model that is taken off, (models,)."""
+        if not self._blur.any():
+            return np.ones(len(columns))
+        left, across = columns[:, :, None], columns[:, None, :]
+        total, blur = (np.einsum("na,anpq->npq", weight, gram[:, left, across]) for gram in (self._gram, self._blur))
+        return shares_taken(total, blur)
 
 
 _COARSE, _MOST = 0.01, 48
