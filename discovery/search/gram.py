@@ -95,7 +95,7 @@ class GramScores:
         self.scale[-1] = 1.0
         unit = 1.0 / (self.scale[:, None] * self.scale)
         self.gram = gram * unit
-        self.noise = added_by_noise(columns, noise, edges) * unit
+        self.noise = added_by_noise(columns, noise, edges, gram) * unit
         self._sum_up()
 
     def drawn(self, counts: np.ndarray) -> "GramScores":
@@ -123,8 +123,9 @@ class GramScores:
         for k in np.unique(block[~seen]):
             rows = np.flatnonzero(seen & (block == k))
             edges = np.array([0, rows.size])
-            other.gram[k] = _grams(columns[rows], edges)[0] * unit
-            other.noise[k] = added_by_noise(columns[rows], noise[:, rows], edges)[0] * unit
+            gram = _grams(columns[rows], edges)
+            other.gram[k] = gram[0] * unit
+            other.noise[k] = added_by_noise(columns[rows], noise[:, rows], edges, gram)[0] * unit
         other._sum_up()
         return other
 
@@ -168,7 +169,7 @@ class GramScores:
         held = np.zeros(columns.shape, dtype=bool)
         bound = np.flatnonzero(beyond.any(axis=1)) if limited else np.zeros(0, dtype=int)
         for k in bound:
-            change[k], held[k] = bounded_solve(h[k], total[k], lower[k], upper[k])
+            change[k], held[k] = bounded_solve(h[k], total[k], lower[k], upper[k], change[k])
         left = h - every
         if bound.size:  # of what is held only the value stays in the equations
             right[:, bound] -= (every[:, bound] @ (change * held)[bound, :, None])[..., 0]
@@ -197,16 +198,11 @@ class GramScores:
         used = np.array([one.used for one in laid])
         weights = np.array([one.target[one.used] for one in laid])[..., None]
         left, across, aim = columns[:, :, None], columns[:, None, :], used[:, None, :]
-        every, right = self._sharp[:, left, across], (self._sharp[:, left, aim] @ weights)[..., 0]
-        total, blurred = self._total[left, across], self._blurred[left, across]
-        if not blurred.any():
-            return every, right
-        try:  # most often no combination is half noise, which a factor shows at once
-            np.linalg.cholesky(_MOST_NOISE * total - blurred)
-        except np.linalg.LinAlgError:
-            for n, one in enumerate(laid):
-                every[:, n], right[:, n] = self._cleared(one.columns, one.target)
-        return every, right
+        share = shares_taken(self._total[left, across], self._blurred[left, across])[:, None, None]
+        if (share == 1.0).all():
+            return self._sharp[:, left, across], (self._sharp[:, left, aim] @ weights)[..., 0]
+        every, aimed = (self._weighted[:, left, k] - share * self._blur[:, left, k] for k in (across, aim))
+        return every, (aimed @ weights)[..., 0]
 
     def _cleared(self, columns: np.ndarray, target: Array) -> tuple[Array, Array]:
         """Normal equations of each block, (blocks, p, p) and (blocks, p), cleared of what sensor noise adds to them.
@@ -331,23 +327,23 @@ def shares_taken(total: Array, blur: Array) -> Array:
     ----------
     total, blur : (models, p, p)
     """
-    found = np.ones(len(total))
     if not blur.any():
-        return found
+        return np.ones(len(total))
     try:  # most often no combination is half noise, which a factor shows at once
         np.linalg.cholesky(_MOST_NOISE * total - blur)
     except np.linalg.LinAlgError:
-        if len(total) > 1:
-            return np.concatenate([shares_taken(total[k : k + 1], blur[k : k + 1]) for k in range(len(total))])
-        size = 1.0 / np.sqrt(np.where(np.diag(total[0]) > 0.0, np.diag(total[0]), np.inf))
-        level, vectors = np.linalg.eigh(total[0] * (size[:, None] * size[None, :]))
-        root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
-        worst = float(np.linalg.eigvalsh(root.T @ (blur[0] * (size[:, None] * size[None, :])) @ root).max())
-        found[0] = min(1.0, _MOST_NOISE / max(worst, 1e-300))
-    return found
+        square = np.diagonal(total, axis1=1, axis2=2)
+        size = 1.0 / np.sqrt(np.where(square > 0.0, square, np.inf))
+        unit = size[:, :, None] * size[:, None, :]
+        level, vectors = np.linalg.eigh(total * unit)
+        least = 1e-10 * np.maximum(level[:, -1:], 1.0)
+        root = vectors / np.sqrt(np.maximum(level, least))[:, None, :]
+        worst = np.linalg.eigvalsh(root.swapaxes(1, 2) @ (blur * unit) @ root)[:, -1]
+        return np.asarray(np.minimum(1.0, _MOST_NOISE / np.maximum(worst, 1e-300)))
+    return np.ones(len(total))
 
 
-def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
+def added_by_noise(columns: Array, noise: Array, edges: np.ndarray, gram: Array | None = None) -> Array:
     """Addition of sensor noise to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
 
     Nothing of a log without noise, which has no copies. That counts where copies come in pairs of opposite noise; one
@@ -358,6 +354,7 @@ def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
     columns : (tests, a, p)
     noise : (copies, tests, a, p) what each copy has more
     edges : (blocks + 1,) first row of each block, and the end
+    gram : those of the columns, where they are at hand
     """
     copies, _, axes, size = noise.shape
     if copies == 0:
@@ -365,7 +362,7 @@ def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
     if copies == 1:
         return _grams(noise[0], edges)
     every = sum((_grams(columns + part, edges) for part in noise), np.zeros(()))
-    return every / copies - _grams(columns, edges)
+    return every / copies - (_grams(columns, edges) if gram is None else gram)
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:
@@ -378,7 +375,9 @@ def _grams(columns: Array, edges: np.ndarray) -> Array:
     return gram
 
 
-def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[Array, np.ndarray]:
+def bounded_solve(
+    h: Array, right: Array, lower: Array, upper: Array, start: Array | None = None
+) -> tuple[Array, np.ndarray]:
     """Minimise x^T h x / 2 - right^T x within limits, by holding violators at their limit; small and fast.
 
     Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
@@ -388,21 +387,23 @@ def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[A
     h : positive definite (p, p)
     right : (p,)
     lower, upper : limits (p,), infinite where there is none
+    start : the solution without limits (p,), where it is at hand
     """
     size = right.size
-    x = np.asarray(np.linalg.solve(h, right), dtype=float)
+    x = np.array(np.linalg.solve(h, right) if start is None else start, dtype=float)
     held = np.zeros(size, dtype=bool)
     if not ((x < lower) | (x > upper)).any():
         return x, held
-    for _ in range(3 * size + 1):
+    curve = np.sqrt(np.diag(h))
+    for rounds in range(3 * size + 1):
         free = ~held
-        if free.any():
+        if rounds and free.any():
             x[free] = np.linalg.solve(h[np.ix_(free, free)], right[free] - h[np.ix_(free, held)] @ x[held])
         below, above = x < lower, x > upper
         broken = free & (below | above)
         if broken.any():
             past = np.where(below, lower, upper)
-            excess = np.where(broken, np.abs(np.where(broken, past, x) - x) * np.sqrt(np.diag(h)), 0.0)
+            excess = np.where(broken, np.abs(np.where(broken, past, x) - x) * curve, 0.0)
             worst = int(np.argmax(excess))
             x[worst] = lower[worst] if below[worst] else upper[worst]
             held[worst] = True

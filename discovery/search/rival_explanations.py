@@ -62,7 +62,7 @@ class RecordErrorFit:
     def __init__(self, search: Search, errors: Array, state: State, noise: Array | None = None) -> None:
         self.state, self._search = state, search
         self._half = 0.5 * search.balance.independent
-        self._linear, self._scores, self._now = search.about(state)
+        self._linear, self._scores, self._now = search.about(state, roughly=True)
         self._errors = errors.shape[2]
         self._prices: dict[int, float] = {}
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
@@ -111,7 +111,8 @@ class RecordErrorFit:
 
     def _worths(self, models: Sequence[Sequence[Option]], *, alone: bool = False) -> Array:
         """The worth of each of some models (models,); `alone`: of a record without errors."""
-        prices = [sum(self._price(option) for option in chosen if option.present) for chosen in models]
+        price = {id(option): self._price(option) for chosen in models for option in chosen}
+        prices = [sum(price[id(option)] for option in chosen) for chosen in models]
         fits = self._fits(models, alone=alone)
         left = np.array([np.log(error + self._search.floor).sum() for error, _ in fits])
         return self._half * left + [0.5 * record @ record for _, record in fits] + prices
@@ -119,7 +120,8 @@ class RecordErrorFit:
     def _price(self, option: Option) -> float:
         """Of an option alone; thousands of models are made of some dozens."""
         if id(option) not in self._prices:
-            self._prices[id(option)] = self._search.price(self._scores.fit([option]), [option])
+            present = option.present
+            self._prices[id(option)] = self._search.price(self._scores.fit([option]), [option]) if present else 0.0
         return self._prices[id(option)]
 
     def _fits(self, models: Sequence[Sequence[Option]], *, alone: bool = False) -> list[tuple[Array, Array]]:
