@@ -21,7 +21,7 @@ from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
 from .claims import Tests, at_limits, gather_claims, widen_delays, widen_intervals
-from .effect_findings import FittedTerm
+from .effect_findings import FittedTerm, found_terms
 from .evidence.invariance import find_changing_forces, invariance
 from .evidence.omitted_variables import file_errors, omitted_variable_bias
 from .evidence.record_errors import (
@@ -40,9 +40,17 @@ from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Criterion, Findings, OtherForm, PersistentResidual, SensorError
 from .lawful.refit import Lawful, judge_passivity, lawful_model
-from .run_models import FoldModels, add_stepwise, add_subthreshold, fold_models, polish_on_rollouts, too_short
+from .run_models import (
+    FoldModels,
+    add_stepwise,
+    add_subthreshold,
+    fold_models,
+    polish_on_rollouts,
+    too_short,
+    with_steps,
+)
 from .search.estimation import Interval, intervals
-from .search.floating import State
+from .search.floating import Search, State
 from .search.gram import GramScores
 from .selection import SearchResult, without_terms
 from .sensor_error_search import HiddenErrors, search_with_sensor_errors
@@ -187,10 +195,11 @@ def find_missing(
     looked, hidden = search_with_sensor_errors(basis, say)
     if flows:
         hidden = replace(hidden or water, flows=flows)
-    found = _conclude(looked, hidden)
-    fewer = without_terms(looked, unsure_terms(found.findings), say)
+    tested = _test(looked, hidden)
+    fewer = without_terms(looked, unsure_terms(tested.terms(looked.search)), say)
     if fewer is not None:
-        found = _conclude(fewer, hidden)
+        looked, tested = fewer, _test(fewer, hidden)
+    found = _conclude(looked, tested, hidden)
     if not winds:
         return found
     if found.findings.verdict == "undecided":
@@ -198,12 +207,12 @@ def find_missing(
     return replace(found, findings=in_winds(found.findings, winds))
 
 
-def unsure_terms(findings: Findings) -> list[str]:
+def unsure_terms(unnamed: Sequence[FittedTerm]) -> list[str]:
     """Terms without a name, all but the surest, whose interval holds nothing: what no drag can be, and the least sure.
 
     Of two that are alike where the log has been, only one that turns with the motion takes energy out of the boat.
     """
-    terms = {f"{t.axis}:{t.form}": t for t in findings.unnamed if t.ci95}
+    terms = {f"{t.axis}:{t.form}": t for t in unnamed if t.ci95}
     sure = {key: abs(sum(t.ci95)) / (t.ci95.upper - t.ci95.lower) for key, t in terms.items() if t.ci95}
     order = sorted(terms, key=lambda key: (parse_form(terms[key].form).odd, sure[key]))
     return [key for key in order[:-1] if sure[key] <= 1.0]
@@ -247,28 +256,72 @@ class LawfulFit:
     intervals: dict[str, Interval]
 
 
-def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
-    """Fit the names that stand under the laws, test them, and say what is known of each."""
+@dataclass(frozen=True, slots=True, eq=False)
+class TestedFit:
+    """A lawful fit, and what every test says of it.
+
+    Attributes
+    ----------
+    model : the fit
+    steps : (what was added, vehicle after it), the nominal model first
+    unseen : models that were selected and fitted without each fold, of the last step
+    sensors : errors of sensors, of the record and of those that only forces show
+    tests, rests : what the tests say of each name, and what lasts and is explained by nothing
+    narrow, intervals : 95 % intervals of total values by symbol, before and after what is not explained widens them
+    """
+
+    model: LawfulFit
+    steps: tuple[tuple[str | None, Vehicle], ...]
+    unseen: FoldModels
+    sensors: tuple[SensorError, ...]
+    tests: Tests
+    rests: tuple[PersistentResidual, ...]
+    narrow: dict[str, Interval]
+    intervals: dict[str, Interval]
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Keys of what is in the model."""
+        return (*self.model.kept, *self.model.subthreshold)
+
+    def terms(self, search: Search) -> list[FittedTerm]:
+        """The terms without a name that are in the model."""
+        pool = {candidate.key: candidate for candidate in search.pool}
+        keys = [e.key for e in self.model.evidence if e.kind is Kind.TERM and e.key in self.kept]
+        fitted = self.model.lawful.unconstrained
+        return [term for key in keys for term in found_terms(pool[key], search.nominal, fitted, self.intervals)]
+
+
+def _test(looked: SearchResult, hidden: HiddenErrors | None) -> TestedFit:
+    """Fit the names that stand under the laws, and test them."""
     basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
     model = _fit(looked)
-    told = add_stepwise(search, model.state, model.lawful.vehicle)
+    steps = add_stepwise(search, model.state, model.lawful.vehicle)
     trim_memory()
     parts, envelope = folds_of(basis.forces.motions), model.lawful.passivity.envelope
-    unseen = fold_models(search, parts, looked.state, model.state, model.about, told, envelope, model.subthreshold)
-    names = search.named(model.state.active)
-    folds = unseen.counted([key for key in names if key not in model.subthreshold])
+    unseen = fold_models(search, parts, looked.state, model.state, model.about, envelope, model.subthreshold)
     records = sensor_findings(basis.forces.motions, basis.uses_rollouts)
-    told_of_sensors = (*records, *(hidden.findings if hidden else ()))
-    tests, rests = _test(looked, model, told_of_sensors)
+    sensors = (*records, *(hidden.findings if hidden else ()))
+    tests, rests = _tests_of(looked, model, sensors)
     left = {e.key: e.residual_ratio for e in model.evidence if e.selected}
-    apart = unseen.steps[-1] if unseen.steps else ()
+    apart = unseen.steps[-1] if len(steps) > 1 else ()
     biased = omitted_variable_bias(search, model.state, model.about)
     filed = file_errors(search, model.state, model.about)
     narrow = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
     found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left, biased, filed)
+    return TestedFit(model, steps, unseen, sensors, tests, rests, narrow, found)
+
+
+def _conclude(looked: SearchResult, tested: TestedFit, hidden: HiddenErrors | None) -> Discovery:
+    """Say what is known of each name."""
+    basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
+    model, told, kept, found = tested.model, tested.steps, tested.kept, tested.intervals
+    unseen = with_steps(tested.unseen, search, told, model.lawful.passivity.envelope)
+    names = search.named(model.state.active)
+    folds = unseen.counted([key for key in names if key not in model.subthreshold])
     timing = partial(record_errors, search, model.state.vehicle, model.state.active, found)
-    tests = replace(tests, out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())))
-    kept = (*model.kept, *model.subthreshold)
+    late = out_of_step(basis.forces.motions, (*tested.sensors, *timing()))
+    tests = replace(tested.tests, out_of_step=late)
     selected = search.named(looked.state.active)
     grounds = VerdictInputs(
         search=search,
@@ -278,12 +331,12 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         intervals=found,
         kept=kept,
         order=[label for label, _ in told[1:]],
-        claims=gather_claims(model.evidence, search.pool, nominal, found, tests, kept, narrow),
+        claims=gather_claims(model.evidence, search.pool, nominal, found, tests, kept, tested.narrow),
         tests=tests,
         known=looked.known,
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},
         unseen=looked.unseen,
-        persistent=rests,
+        persistent=tested.rests,
         passing={} if search.balance.forces else find_passing_residuals(looked.forces[0], looked.state.vehicle),
     )
     findings = conclude(grounds, unmeasured(looked.motions)).but(folds=folds)
@@ -298,7 +351,7 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         error = np.sqrt((looked.forces[0].balance.residual(model.lawful.vehicle) ** 2).mean(axis=0))
         findings = too_short(findings, search.balance.blocks)
     certain = findings.verdict in ("missing", "nothing missing") and not findings.unnamed
-    errors = (*told_of_sensors, *timing(certain))
+    errors = (*tested.sensors, *timing(certain))
     findings = add_record_errors(findings, errors)
     notes = (*looked.notes, *(s.sentence for s in errors if s.verdict != "no evidence"))
     basis.forces.forget()
@@ -326,7 +379,7 @@ def _fit(looked: SearchResult) -> LawfulFit:
     return LawfulFit(evidence, final, kept, untold, (linear, scores), lawful, widen_delays(found, search.pool))
 
 
-def _test(
+def _tests_of(
     looked: SearchResult, model: LawfulFit, records: Sequence[SensorError]
 ) -> tuple[Tests, tuple[PersistentResidual, ...]]:
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""

@@ -5,7 +5,7 @@ The models of a finished run carry the numbers it found; adding an effect of tha
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from ..measurements.preparation.split import Fold
@@ -275,11 +275,10 @@ def fold_models(
     state: State,
     final: State,
     about: tuple[Linearisation, GramScores],
-    steps: Sequence[tuple[str | None, Vehicle]],
     envelope: Envelope,
     untold: Collection[str] = (),
 ) -> FoldModels:
-    """Select and fit anew without each fold.
+    """Select and fit anew without each fold; of the steps the last alone, see `with_steps`.
 
     Parameters
     ----------
@@ -287,7 +286,6 @@ def fold_models(
     state : what the search selected on the whole log
     final : the part of it that was kept; what was not is kept out of the models of folds, too
     about : columns and scores about it
-    steps : of the discovery, the nominal model first
     envelope : over which the laws hold
     untold : effects that are in the model and not named; they are not counted
 
@@ -311,8 +309,21 @@ def fold_models(
     selected = parallel_map(anew, blind)
     named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
     last = tuple(vehicle for _, _, vehicle in selected)
+    return FoldModels(tuple(folds), named, sure, (last,))
+
+
+def with_steps(
+    unseen: FoldModels, search: Search, steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope
+) -> FoldModels:
+    """The models of all steps of a discovery without each fold, where those of the last are known; none without steps.
+
+    Parameters
+    ----------
+    steps : of the discovery, the nominal model first
+    """
+    blind = [WithoutFold(search, fold) for fold in unseen.folds]
     between = _refitted(search, blind, steps[1:-1], envelope)
-    return FoldModels(tuple(folds), named, sure, (*between, last) if len(steps) > 1 else ())
+    return replace(unseen, steps=(*between, *unseen.steps) if len(steps) > 1 else ())
 
 
 def models_of_given(

@@ -62,7 +62,7 @@ class RecordErrorFit:
     def __init__(self, search: Search, errors: Array, state: State, noise: Array | None = None) -> None:
         self.state, self._search = state, search
         self._half = 0.5 * search.balance.independent
-        self._linear, self._scores, self._now = search.about(state, roughly=True)
+        self._linear, self._scores, self._now = search.about(state)
         self._errors = errors.shape[2]
         self._prices: dict[int, float] = {}
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)

@@ -15,7 +15,6 @@ from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing, unsure_terms
 from undertow.discovery.effect_findings import FittedTerm
 from undertow.discovery.evidence.unexplained import inclusion, residual_of_few_forces
-from undertow.discovery.findings import Findings
 from undertow.discovery.search.estimation import Interval, profile_interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
@@ -289,12 +288,12 @@ def test_where_a_log_shows_a_sum_of_two_numbers_both_are_told():
 def test_terms_whose_interval_holds_nothing_may_go_and_the_surest_drag_stays():
     forms = {"u^3": (-280.0, -10.0), "r^2|u|": (-28e3, 67e3), "u|u||r|": (-10.3e3, 4.8e3)}
     terms = [FittedTerm(axis="surge", form=f, value=0.5 * sum(i), ci95=Interval(*i)) for f, i in forms.items()]
-    assert unsure_terms(Findings.model_construct(unnamed=tuple(terms))) == ["surge:r^2|u|", "surge:u|u||r|"]
+    assert unsure_terms(terms) == ["surge:r^2|u|", "surge:u|u||r|"]
     twins = [
         FittedTerm(axis="surge", form=f, value=1.0, ci95=Interval(-w, w + 2.0))
         for f, w in (("u^3", 9.0), ("u^2|u|", 5.0))
     ]
-    assert unsure_terms(Findings.model_construct(unnamed=tuple(twins))) == ["surge:u^2|u|"]
+    assert unsure_terms(twins) == ["surge:u^2|u|"]
 
 
 def test_a_term_that_adds_nothing_to_another_goes_and_one_that_does_stays():
