@@ -443,11 +443,21 @@ def delayed(seconds: float) -> Altered:
 
 def misplaced(turned: frozenset[str], moved: frozenset[str]) -> Altered:
     """The fault that the thrusters of some channels push the other way, and those of some sit on the other side."""
+    return _thrusters(dict.fromkeys(turned, -1.0), moved)
+
+
+def weaker(channels: frozenset[str], share: float) -> Altered:
+    """That the thrusters of some channels push as they should, and a share of what the vehicle says."""
+    return _thrusters(dict.fromkeys(channels, share))
+
+
+def _thrusters(factors: Mapping[str, float], moved: frozenset[str] = frozenset()) -> Altered:
+    """That the forces of the thrusters of some channels are other by factors, and that some sit on the other side."""
 
     def alter(vehicle: Vehicle, motion: Motion) -> tuple[Vehicle, Motion]:
         thrusters = []
         for one in vehicle.thrusters:
-            scale, y = -one.scale if one.channel in turned else one.scale, -one.y if one.channel in moved else one.y
+            scale, y = one.scale * factors.get(one.channel, 1.0), -one.y if one.channel in moved else one.y
             thrusters.append(one.model_copy(update={"scale": scale, "y": y}))
         return vehicle.model_copy(update={"thrusters": tuple(thrusters)}), motion
 

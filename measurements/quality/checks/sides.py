@@ -13,7 +13,7 @@ from ...canonical import kind_of
 from ...statistics.blocks import BY_CHANCE, chance_of_no_more, interval
 from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
-from ..faults import WIDE, Fault, Kind, Size, delayed, misplaced, size_by_model
+from ..faults import WIDE, Fault, Kind, Size, delayed, misplaced, size_by_model, weaker
 from ..quick_motion import neutral_of
 from ..record import RATE, STEP, About, Check, Finding, Found, Record, command_names, values_called
 from ..response import (
@@ -34,6 +34,8 @@ from .swapped_channels import may_be_exchanged
 
 _REACH, _SHIFTS = 8.0, 33
 """Delays of all commands that are tried in the place of a thruster that is reversed, both ways [s], and how many."""
+_WEAKER = (0.0, 0.25, 0.5, 0.75)
+"""Shares of its force that are tried, likewise: half steps between what a file of guesses may say of a thruster."""
 _LIKELY = 0.025
 """Chance below which an explanation of the log is called likely: on field logs of known wiring it never named a
 thruster that was right. Below `BY_CHANCE`, and at great odds, others are ruled out."""
@@ -190,13 +192,16 @@ def _reversed_in_vehicle(told: _Answers) -> Finding | None:
     late = [one.best.seconds for one in trials(told.records) if one.best.in_step]
     meanwhile = delayed(float(np.median(late))) if late else None
     sizes = {name: size_by_model(told.records, misplaced(frozenset({name}), frozenset()), meanwhile) for name in names}
-    found = {name: size for name, size in sizes.items() if size is not None and size.warns}
+    # A vehicle that errs by more than the motion itself, its thruster turned round, tells nothing.
+    found = {name: size for name, size in sizes.items() if size is not None and size.warns and size.leaves < 1.0}
     if not found:
         return None
     name, size = max(found.items(), key=lambda pair: pair[1].share.value)
-    # Commands that are half a period late look reversed, too.
-    shifts = [size_by_model(told.records, delayed(seconds)) for seconds in np.linspace(-_REACH, _REACH, _SHIFTS)]
-    if max((one.share.value for one in shifts if one is not None), default=0.0) >= size.share.low:
+    # Commands that are half a period late look reversed, too, and so does one of two that push alike, and too much.
+    others = [delayed(seconds) for seconds in np.linspace(-_REACH, _REACH, _SHIFTS)]
+    others += [weaker(some, share) for some in (frozenset({name}), frozenset(told.expected)) for share in _WEAKER]
+    rivals = [size_by_model(told.records, other, meanwhile) for other in others]
+    if max((one.share.value for one in rivals if one is not None), default=0.0) >= size.share.low:
         return None
     line = f"'{name}: {{from: {source_of(told.records, name)}, {_turned(told.records, name)}}}'"
     facts = {
