@@ -1,7 +1,7 @@
 """A manoeuvre for whoever drives it: commands over time for autopilot, ground station, robot and table."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import ceil, cos, inf, isfinite, pi, radians, sin
 from pathlib import Path
 
@@ -45,6 +45,7 @@ class Mission:
     speed : over ground, at which it is broken off [m/s]
     about : what it is for, in lines
     place : where it begins; None where nobody said
+    read_as : by command channel of a thruster in pulses, scale and offset [us] that made the vehicle's of the boat's
     """
 
     vehicle: Vehicle
@@ -53,6 +54,7 @@ class Mission:
     speed: float = inf
     about: tuple[str, ...] = ()
     place: Place | None = None
+    read_as: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def thrusters(self) -> tuple[Thruster, ...]:
@@ -82,6 +84,15 @@ class Mission:
         rest = np.tile(self.rest, (round(REST / COMMAND_STEP), 1))
         commands = np.concatenate([rest, self._commands(hold(*self.steps)), rest])
         return COMMAND_STEP * np.arange(len(commands), dtype=float), commands
+
+    def sent(self, commands: Sequence[float]) -> tuple[float, ...]:
+        """Commands of the vehicle as the boat takes them: a pulse that was turned round when read, as it was."""
+        found = list(commands)
+        for k, thruster in enumerate(self.thrusters):
+            if thruster.channel in self.read_as:
+                scale, offset = self.read_as[thruster.channel]
+                found[k] = round((commands[k] - offset) / scale, 3) + 0.0
+        return tuple(found)
 
     def shares(self, commands: Sequence[float]) -> list[float]:
         """Commands as shares of full command, -1 to 1."""
@@ -119,18 +130,18 @@ def _table(mission: Mission) -> str:
     """A row each 0.1 s; a command is held until the next row."""
     time, commands = mission.series()
     lines = [",".join(["time", *(t.channel for t in mission.thrusters)])]
-    rows = zip(time.tolist(), commands.tolist(), strict=True)
+    rows = zip(time.tolist(), map(mission.sent, commands.tolist()), strict=True)
     lines += [",".join([f"{t:.1f}", *(f"{c:.10g}" for c in row)]) for t, row in rows]
     return "\n".join(lines) + "\n"
 
 
 def _node(mission: Mission) -> str:
     """A ROS 2 node that publishes each thruster's command on a topic of its own, and stops all of them at its end."""
-    rows = [f"    ({begin!r}, {row!r})," for begin, row in mission.held]
+    rows = [f"    ({begin!r}, {mission.sent(row)!r})," for begin, row in mission.held]
     return remarks(mission.about) + filled(
         Path(__file__).with_name("mission_node.py.in"),
         topics=tuple(t.channel for t in mission.thrusters),
-        rest=mission.rest,
+        rest=mission.sent(mission.rest),
         rows="\n".join(rows),
         seconds=mission.seconds,
     )
@@ -211,8 +222,8 @@ def _script(mission: Mission) -> str:
     driven = ahead or range(len(mission.thrusters))
 
     def commands(row: Sequence[float]) -> str:
-        shares = mission.shares(row)
-        own = [row[k] if mission.thrusters[k].command == "pwm" else shares[k] for k in driven]
+        pulses, shares = mission.sent(row), mission.shares(row)
+        own = [pulses[k] if mission.thrusters[k].command == "pwm" else shares[k] for k in driven]
         return ", ".join(f"{value:.10g}" for value in own)
 
     rows = [f"  {{ from = {begin:g}, commands = {{ {commands(row)} }} }}," for begin, row in mission.held]

@@ -17,6 +17,7 @@ from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, open_qu
 from ..discovery.selection import SearchResult
 from ..discovery.sensor_error_search import search_with_sensor_errors
 from ..exports.missions import MISSION_FORMATS, Mission, MissionFormat, Place
+from ..measurements.channels.channel_map import read_channel_map
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, shown
@@ -24,6 +25,7 @@ from ..physics.file_records import Flag, Number, Record, absent
 from ..physics.files import write_json, write_text
 from ..physics.presentation import Card, listing, words
 from ..physics.stage import Say
+from ..physics.vehicle import Vehicle
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
@@ -253,10 +255,28 @@ def plan(
     best = manoeuvre.best
     fence = bounds.space if isfinite(bounds.space) else max(_FENCE_LEAST, _FENCE_SHARE * best.reach)
     at = None if place is None else Place(*place, degrees(question.heading))
-    mission = Mission(inputs.vehicle, best.trial.steps, round(fence, 1), bounds.speed, place=at)
+    read_as, turned = _read_as(record.reading.channel_map, inputs.vehicle)
+    mission = Mission(inputs.vehicle, best.trial.steps, round(fence, 1), bounds.speed, place=at, read_as=read_as)
     found = Plan(question, manoeuvre, mission, (run, *record.logs), left_out)
-    about = ("A manoeuvre planned by undertow.", *found.sentences[:3])
+    about = ("A manoeuvre planned by undertow.", *found.sentences[:3], *turned)
     return replace(found, mission=replace(mission, about=about))
+
+
+def _read_as(channel_map: PathLike | None, vehicle: Vehicle) -> tuple[dict[str, tuple[float, float]], list[str]]:
+    """Scale and offset by which pulses were read, by channel, where a map changes them; and a sentence on each."""
+    entries = {} if channel_map is None else read_channel_map(Path(channel_map))
+    found, told = {}, []
+    for thruster in vehicle.thrusters:
+        entry = entries.get(thruster.channel)
+        if thruster.command != "pwm" or entry is None or entry.steering is not None:
+            continue
+        if (entry.scale, entry.offset) != (1.0, 0.0):
+            found[thruster.channel] = entry.scale, entry.offset
+            told.append(
+                f"Pulses of {thruster.name} are the boat's own; the vehicle's are {entry.scale:g} times {entry.source} "
+                f"{entry.offset:+g} us, by the channel map."
+            )
+    return found, told
 
 
 def first_question(looked: SearchResult, missing: Sequence[str]) -> tuple[str, ...]:

@@ -428,7 +428,8 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> Mixed | 
     if mixed is None:
         return None
     if course.turn == 1 and course.quarters == 2:
-        mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
+        why = f"the bow is taken for the stern, or the commands are turned round, for {mixed.sentence}"
+        mixed = replace(mixed, sentence=why, remedy=f"{mixed.remedy}; if it is the commands, turn these round there")
     if course.turn == 1 or surveyed or course.quarters is None:
         return mixed
     others = _PLACES[course.quarters]

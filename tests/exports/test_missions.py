@@ -2,9 +2,11 @@
 
 import csv
 import math
+import re
 import signal
 import sys
 import time
+from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -48,6 +50,19 @@ def test_pulses_stay_within_the_curve_and_begin_and_end_at_rest():
     assert (commands[:still] == made.rest).all()
     assert (commands[-still:] == made.rest).all()
     assert len(commands) * 0.1 == pytest.approx(made.seconds)
+
+
+def test_pulses_that_a_map_turns_round_are_sent_as_the_boat_takes_them():
+    plain = mission("blueboat")
+    name = plain.thrusters[1].channel
+    turned = replace(plain, read_as={name: (-1.0, 3020.0)})
+    tables = [FORMS["mission.csv"].content(one).splitlines()[1:] for one in (plain, turned)]
+    rows, other = (np.loadtxt(table, delimiter=",") for table in tables)
+    assert np.ptp(rows[:, 2]) > 50.0
+    np.testing.assert_allclose(other, np.column_stack([rows[:, :2], 3020.0 - rows[:, 2]]))
+    held = re.findall(r"commands = \{ (\S+), (\S+) \}", FORMS["mission.lua"].content(turned))
+    sent = [(float(a), 3020.0 - float(b)) for a, b in held]
+    assert sent == [(a, b) for _, (a, b) in plain.held]
 
 
 @pytest.mark.parametrize("name", VEHICLES)
