@@ -112,6 +112,7 @@ class FileNumber:
     value : what the log asks for [unit]
     ci95 : 95 % interval [unit]; None where there is none
     in_file : what the nominal vehicle's file says [unit]; None where it says nothing of it
+    written : what the corrected model has, where the laws moved it [unit]; else None
     """
 
     symbol: str
@@ -119,6 +120,7 @@ class FileNumber:
     value: float
     ci95: tuple[float, float] | None
     in_file: float | None = None
+    written: float | None = None
 
     def told(self, *, minus: str = MINUS) -> str:
         """Value and unit; of a number that the file has, what it says, too."""
@@ -150,7 +152,8 @@ def file_numbers(found: EffectFinding, nominal: Vehicle) -> list[FileNumber]:
         filed = None if math.isnan(own) or own == null else own
         shift = filed or 0.0
         ends = None if term.ci95 is None else (term.ci95.lower + shift, term.ci95.upper + shift)
-        numbers.append(FileNumber(term.symbol, term.unit, term.value + shift, ends, filed))
+        written = term.in_model + shift if term.moved and term.in_model is not None else None
+        numbers.append(FileNumber(term.symbol, term.unit, term.value + shift, ends, filed, written))
     return numbers
 
 

@@ -267,4 +267,5 @@ def _value(one: sureness.FileNumber, gap: str) -> str:
     """A number with its interval, and below it what the vehicle file says."""
     ends = _interval(one.ci95)
     filed = f"\nthe file says {one.filed(minus='-')}" if one.filed() else ""
-    return f"{one.symbol} = {one.amount(minus='-')}{f'{gap}({ends})' if ends else ''}{filed}"
+    written = "" if one.written is None else f"\nwritten by the laws: {number(one.written, 4)}"
+    return f"{one.symbol} = {one.amount(minus='-')}{f'{gap}({ends})' if ends else ''}{filed}{written}"
