@@ -8,6 +8,7 @@ import pytest
 from places import ROOT, shared
 from verbs import inspected, refused, strict
 
+from undertow.measurements.channels.channel_map import map_text
 from undertow.measurements.kinematics import compass_shown
 from undertow.measurements.log_options import Reading
 from undertow.workflows.first_vehicle import Hull
@@ -49,6 +50,15 @@ def test_the_sides_and_the_reversed_output_of_the_field_logs(pooled: dict[str, A
         assert found(log, "sides")["verdict"] in ("defect", "warning", "cannot tell")
         assert set(found(log, "direction")["channels"]) in ({"pwm_port"}, {"pwm_port", "pwm_stbd"})
         assert found(log, "direction")["verdict"] in ("defect", "warning", "cannot tell")
+
+
+def test_what_init_makes_of_a_folder_accuses_no_log_in_it(tmp_path: Path):
+    """The file of guesses errs by a hundred times the motion of short straight runs, in which both sides push alike."""
+    raw = shared("blueboat") / "raw"
+    draft = init(raw, Hull(mass=15.0), progress=None)
+    (tmp_path / "channels.yaml").write_text(map_text(draft.entries), encoding="utf-8")
+    logs = [raw / f"rcou_{number}.csv" for number in (218, 221, 222)]
+    assert read_inputs(logs, draft.vehicle, Reading(channel_map=tmp_path / "channels.yaml"), progress=None).starts
 
 
 def test_a_cleaned_log_with_one_reversed_output_is_told_alike_with_and_without_a_vehicle(tmp_path: Path):
