@@ -117,7 +117,8 @@ def text_of(page: str) -> str:
     """The words of a page, a line each time an element begins."""
     bare = re.sub(r"<(script|style|svg)\b.*?</\1>", "", page, flags=re.DOTALL)
     lines = (" ".join(unescape(part).split()) for part in re.split(r"<[^>]*>", bare))
-    return "\n".join(line for line in lines if line)
+    named = re.compile(r"[0-9a-f]{12}").fullmatch  # the digest of a file that holds paths
+    return "\n".join(line for line in lines if line and not named(line))
 
 
 def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
