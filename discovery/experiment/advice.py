@@ -167,7 +167,8 @@ def reasons(settled: Sequence[Separation], trial: int) -> str:
 def _shares(p: Separation, trial: int) -> str:
     axis = _telling_axis(p, trial)
     more = p.share[trial, axis] > p.before[axis]
-    here = f" (in this log: {_percent(p.before[axis])})" if more else ", where less is like it"
+    beside = "" if more else ", beside more that is like it"
+    here = f" (in this log: {_percent(p.before[axis])}{beside})"
     return f"{_percent(p.share[trial, axis])} of the {AXES[axis]} force{here}"
 
 

@@ -22,15 +22,16 @@ _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid b
 
 
 def audit_screen(audit: Audit) -> list[RenderableType | None]:
-    """The table of laws, and the sentences: first what is broken, then the rest."""
-    broken = [
-        f"{r.law}: {r.sentence}{f' ({percent(r.share)} of what was tried)' if r.share and r.share > 0 else ''}"
-        for r in audit.rulings
-        if r.verdict == "fail"
-    ]
+    """The table of laws, and the sentences: first what is broken, what does not count, then the rest."""
+    broken: dict[bool, list[str]] = {True: [], False: []}
+    for r in audit.rulings:
+        if r.verdict == "fail":
+            often = f" ({percent(r.share)} of what was tried)" if r.share and r.share > 0 else ""
+            broken[r.counts].append(f"{r.law}: {r.sentence}{often}")
     return [
         _table(audit),
-        layout.section("What is broken", layout.bullets(broken)),
+        layout.section("What is broken", layout.bullets(broken[True])),
+        layout.section("Noted, and does not count", layout.bullets(broken[False])),
         layout.section("What holds", layout.bullets(r.sentence for r in audit.rulings if r.verdict == "pass")),
         *map(layout.Prose, audit.notes),
     ]
@@ -54,7 +55,7 @@ def _verdict(ruling: Ruling) -> str:
 
 def _table(audit: Audit) -> RenderableType:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
-    caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
+    caption = "margin: how far the worst found is from breaking the law" + "; noted: broken, but does not count" * loose
     columns = [*layout.word_columns("law", "verdict"), *layout.number_columns("margin")]
     columns += layout.word_columns("worst case", "proof")
     rows = []

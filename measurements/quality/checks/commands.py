@@ -30,7 +30,8 @@ def _wrong_commands(records: Sequence[Record]) -> Iterator[Finding]:
             "no command of a thruster is recognised",
             value=0.0,
             consequence="no vehicle can be judged; only the motion can be looked at",
-            remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
+            remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN' of pulses in "
+            "microseconds, 'normalized_port: COLUMN' of shares from -1 to 1",
             short="no thruster command is recognised",
         )
     for source, fed in sorted(_shared(records).items()):

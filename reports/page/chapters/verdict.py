@@ -1,6 +1,6 @@
 """The first chapters of the report page: the verdict, the error falling step by step, what is missing and to record."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from ....discovery.effect_findings import EffectFinding, FittedTerm
 from ....discovery.findings import Advice
@@ -254,7 +254,8 @@ def identified(run: RunFolder) -> Section | None:
     if told is None:
         return None
     sure = [item for item in run.findings.candidates if item.verdict == "missing"]
-    facts = card(*_facts(told, [item.effect for item in sure if not item.indistinguishable_from]))
+    written = {item.key for item in run.findings.candidates if item.in_model}
+    facts = card(*_facts(told, [item.effect for item in sure if not item.indistinguishable_from], written))
     caption = (
         "Force that a plausible amount of each effect would make in this log, as a share of the force at work on its "
         "axis. An effect with a short bar can hide in this log, however large it may be elsewhere."
@@ -263,12 +264,13 @@ def identified(run: RunFolder) -> Section | None:
     return Section("What this log can tell", element("div.columns", facts, *drawing))
 
 
-def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
+def _facts(told: Identifiability, decided: Sequence[str] = (), written: Collection[str] = ()) -> list[Html]:
     """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
 
     Parameters
     ----------
     decided : effects that are missing for sure, with none that does as well in their place
+    written : keys of the effects of the corrected model, which were found whatever was foretold of them
     """
     texts = []
     for group in told.groups:
@@ -288,7 +290,8 @@ def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
         "Never excited, so neither found nor excluded": told.dormant,
         "No trace beside what the calibration explains": told.absorbed,
     }
-    texts += [f"{why}: {_names(names)}." for why, names in hidden.items() if names]
+    left = {why: [name for name in names if name not in written] for why, names in hidden.items()}
+    texts += [f"{why}: {_names(names)}." for why, names in left.items() if names]
     if told.quiet_axes:
         axes = listing(told.quiet_axes)
         texts.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
