@@ -114,11 +114,16 @@ class NotCalibrated(Record):
     why: str
 
 
+BY_OTHER_MEANS = "measure one of the look-alikes by other means, and give its value in the vehicle file"
+"""What is advised where no manoeuvre would tell."""
+
+
 class Advice(Record):
-    """A manoeuvre that would tell what a log cannot, and what it would tell."""
+    """A manoeuvre that would tell what a log cannot, what it would tell, and the effects of the first such question."""
 
     manoeuvre: str
     why: str = ""
+    effects: tuple[str, ...] = ()
 
 
 class Rise(Record):

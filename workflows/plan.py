@@ -224,7 +224,7 @@ def plan(
     Parameters
     ----------
     run : folder of a run, whose logs are searched again
-    effects : that are to be told apart, by name; without any, the first open question of the run
+    effects : that are to be told apart, by name; without any, what the first advice of the run would tell
     bounds : of speed, space, thrust and time
     place : latitude and longitude where it begins [deg], for the waypoint file
     heading : on which it begins, clockwise from north [deg]; None for that of the log's beginning
@@ -245,7 +245,8 @@ def plan(
     inputs = record.searched(read_inputs(record.logs, record.vehicle, record.reading, progress=progress))
     say = progress or (lambda text: None)
     looked, _ = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say)
-    named = tuple(effects) or first_question(looked, record.findings.missing if record.findings else ())
+    advised = record.findings.advice[0].effects if record.findings and record.findings.advice else ()
+    named = tuple(effects) or advised or first_question(looked, record.findings.missing if record.findings else ())
     if not named:
         return None
     named, left_out = named[: 1 + MOST_RIVALS], len(named[1 + MOST_RIVALS :])

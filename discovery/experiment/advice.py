@@ -10,7 +10,7 @@ from ...physics.motion import AXES
 from ...physics.presentation import listing, words
 from ..candidates.candidate import Kind
 from ..evidence.weighing import CERTAINLY, Evidence
-from ..findings import Advice
+from ..findings import BY_OTHER_MEANS, Advice
 from ..identifiability.rehearsal import Identifiability, Rehearsal, rehearse
 from ..search.floating import Search, State
 from .separation import Separation, separate_effects
@@ -27,7 +27,6 @@ _MOST_NAMED = 4
 """Questions in one sentence; the others are counted, or it would not be read."""
 _VISIBLE = 0.01
 """Share of a force below which nobody would call an effect shown."""
-_BY_OTHER_MEANS = "measure one of the look-alikes by other means, and give its value in the vehicle file"
 
 
 def advise(
@@ -67,7 +66,9 @@ def advise(
     for trial, settled in plan.items():
         runs = max(ceil(CERTAINLY / p.gain[trial]) for p in settled)
         often = f", {runs} times" if runs > 1 else ""
-        items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
+        first = next((p for p in settled if len(p.effects) > 1), settled[0])
+        text, why = rehearsal.trials[trial].text + often, reasons(settled, trial)
+        items.append(Advice(manoeuvre=text, why=why, effects=first.effects))
     hopeless = [p for p in every if p.selected and p.gain.max() < CERTAINLY / _MOST_RUNS]
     if hopeless:
         items.append(advise_otherwise(hopeless, len(rehearsal.trials)))
@@ -78,7 +79,7 @@ def advise_otherwise(hopeless: Sequence[Separation], trials: int) -> Advice:
     """What to do where none of so many trials would do."""
     purposes = "; ".join(map(_purpose, hopeless[:_MOST_NAMED]))
     why = f"{purposes}: none of the {trials} manoeuvres that were rehearsed would do"
-    return Advice(manoeuvre=_BY_OTHER_MEANS, why=why)
+    return Advice(manoeuvre=BY_OTHER_MEANS, why=why)
 
 
 def open_questions(

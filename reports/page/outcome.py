@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
-from ...discovery.findings import WATER, Findings, NamelessForce, Step, comes_and_goes
+from ...discovery.findings import BY_OTHER_MEANS, WATER, Findings, NamelessForce, Step, comes_and_goes
 from ...discovery.search.scoring import MOST
 from ...physics.effects import EFFECTS
 from ...physics.motion import AXES
@@ -472,7 +472,10 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
             return f"search again with more in the vehicle file, for {listing(unasked)}."
     for advice in findings.advice[:1]:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
-        return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."
+        if advice.manoeuvre == BY_OTHER_MEANS:
+            return f"{advice.manoeuvre}{why}."
+        asked = " ".join(("undertow plan RUN", *advice.effects))
+        return f"record this: {advice.manoeuvre.rstrip('.')}{why}. '{asked}' makes a mission of the shortest."
     added = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
     wrong = [(one.symbol, one.filed(), one.amount()) for one in added]
     moved = sorted(findings.calibrated, key=lambda item: -_apart(item.before, item.after))

@@ -12,7 +12,7 @@ from sample_run import write_sample
 from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
-from undertow.discovery.findings import Findings, NamelessForce, Rise, SensorError, Step, leading_force
+from undertow.discovery.findings import BY_OTHER_MEANS, Findings, NamelessForce, Rise, SensorError, Step, leading_force
 from undertow.physics.presentation import NARROW, sentence_case
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
@@ -232,13 +232,18 @@ def test_an_open_verdict_is_an_answer_in_three_lines():
     assert not any("Trust" in text for text in told)
 
 
+ADVICE = {"manoeuvre": "20/20 zigzag", "why": "would tell drag from lag", "effects": ["drag", "lag"]}
+
+
 def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file():
     compared = judged("corrected", nominal=2.0, corrected=0.5)
-    advised = open_story(2.0, 0.5, advice=[{"manoeuvre": "20/20 zigzag", "why": "would tell drag from lag"}])
+    advised = open_story(2.0, 0.5, advice=[ADVICE])
     assert (
-        answer(advised, compared, BOAT)[2].text
-        == "record this: 20/20 zigzag. It would tell drag from lag. 'undertow plan' makes a mission of the shortest."
+        answer(advised, compared, BOAT)[2].text == "record this: 20/20 zigzag. It would tell drag from lag. "
+        "'undertow plan RUN drag lag' makes a mission of the shortest."
     )
+    otherwise = open_story(2.0, 0.5, advice=[{"manoeuvre": BY_OTHER_MEANS, "why": "would tell drag from lag: none"}])
+    assert answer(otherwise, compared, BOAT)[2].text == f"{BY_OTHER_MEANS}. It would tell drag from lag."
     unjudged = advised.but(criterion={"force_scale": {"surge": 3.0, "sway": 0.0, "yaw": 1.0}})
     assert answer(unjudged, compared, BOAT)[2].text.startswith("log the sway speed v by another sensor")
     bare = open_story(2.0, 2.0, candidates=())
