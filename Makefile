@@ -69,6 +69,7 @@ docs: $(SITE)
 	@echo "build/site/index.html"
 
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
+# Of pip the newest, first: what Debian's needs for all packages, it needs half of.
 # .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
 $(VENV): pyproject.toml constraints.txt
 	@rm -f $@
@@ -76,6 +77,7 @@ $(VENV): pyproject.toml constraints.txt
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
+	@$(PIP) --upgrade pip
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 

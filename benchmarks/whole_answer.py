@@ -45,11 +45,13 @@ WORSE = 0.03
 class Asked(NamedTuple):
     """A log: what parts say of the best kind, and errors on another run in the nominal model's, (4,) each.
 
-    `worth`: whether what the corrected model leaves is surely more than noise and preparation.
+    `worth`: whether what the corrected model leaves is surely more than noise and preparation. `left`: what names leave
+    of the nominal model's error of position, in rollouts along the log itself.
     """
 
     name: str
     worth: bool
+    left: float
     best: Candidate
     corrected: Array
     whole: Array
@@ -64,6 +66,11 @@ RULES: dict[str, Callable[[Asked], bool]] = {
     "it errs less there, surely where no more than noise is left (the verb)": lambda one: one.best.holds(
         learnable=one.worth
     ),
+} | {
+    f"the same, and names leave {share:.0%} of the error and more": lambda one, share=share: (
+        one.left >= share and one.best.holds(learnable=one.worth)
+    )
+    for share in (0.02, 0.03, 0.04, 0.06, 0.1)
 }
 """Ways to decide whether a network stands beside the corrected model."""
 
@@ -80,7 +87,9 @@ def asked(study: str, key: tuple[str, int], tried: Sequence[Choice]) -> Asked | 
             fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv", 1), logged.vehicle, progress=None)
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
         along = vehicle.with_values({COMMAND_OFFSET.symbol: run.findings.command_offset})
-        worth = measure_learnable_residual(along, (split.train, split.validation)).worth_it
+        parts = (split.train, split.validation)
+        learnable = measure_learnable_residual(along, parts)
+        worth, before = learnable.worth_it, measure_learnable_residual(logged.vehicle, parts).position
         kinds = candidates(split, along, TrainingSettings(device="cpu"), tried)
         best = best_of(kinds, learnable=worth) or kinds[0]
         model = train(split, along, replace(best.choice, probes=best.probes)).model
@@ -97,7 +106,14 @@ def asked(study: str, key: tuple[str, int], tried: Sequence[Choice]) -> Asked | 
 
     nominal = error(VehicleModel(logged.vehicle, "nominal"))
     one, both = (error(each) / nominal for each in (VehicleModel(vehicle, "corrected"), model))
-    return Asked(f"{study} {key[0]} {key[1]}", worth, replace(best, probes=Probed()), one, both)
+    return Asked(
+        f"{study} {key[0]} {key[1]}",
+        worth,
+        learnable.position / max(before, 1e-12),
+        replace(best, probes=Probed()),
+        one,
+        both,
+    )
 
 
 def spread(keys: Sequence[tuple[str, int]], count: int) -> list[tuple[str, int]]:
@@ -127,7 +143,8 @@ def main() -> None:
         if one is not None:
             found.append(one)
             print(
-                f"{one.name}: {'' if one.worth else 'nothing left, '}{one.best.name} {one.best.ratio:.3f} "
+                f"{one.name}: {'' if one.worth else 'nothing left, '}names leave {one.left:.1%}, "
+                f"{one.best.name} {one.best.ratio:.3f} "
                 f"(error of its logarithm {one.best.error:.3f}), "
                 f"{one.corrected.round(3)} -> {one.whole.round(3)}",
                 flush=True,

@@ -17,6 +17,7 @@ from array import array
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +59,14 @@ class Definition:
     seed: int
 
 
+def _dialect() -> Any:
+    """The module of the dialect; by name, since its 30,000 lines would be a tenth of what pyright reads."""
+    return import_module("pymavlink.dialects.v20.ardupilotmega")
+
+
 def known_messages() -> dict[int, Any]:
     """The messages that pymavlink knows, by number."""
-    from pymavlink.dialects.v20 import ardupilotmega
-
-    return ardupilotmega.mavlink_map
+    return _dialect().mavlink_map
 
 
 @cache
@@ -316,9 +320,7 @@ def _numbers_by_name() -> dict[str, int]:
 @cache
 def _members() -> dict[str, int]:
     """The members of all enumerations, by name."""
-    from pymavlink.dialects.v20 import ardupilotmega
-
-    return {entry.name: value for kind in ardupilotmega.enums.values() for value, entry in kind.items()}
+    return {entry.name: value for kind in _dialect().enums.values() for value, entry in kind.items()}
 
 
 def _number(value: Any) -> float:

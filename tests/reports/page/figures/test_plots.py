@@ -6,11 +6,10 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+from added_run import write_added
 
 import undertow
 from undertow.physics.errors import RequestError
-from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import simulate_world
 from undertow.reports.page.figures.effect_figures import MissingForce, best_signal, convincing, means, signal_rows
 
 matplotlib.use("agg")
@@ -19,9 +18,7 @@ import matplotlib.pyplot as plt
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    world = simulate_world(load_vehicle("blueboat"), {"surge_quadratic_damping": -12.0}, duration=90.0, seed=2)
-    path = world.write(tmp_path_factory.mktemp("plots") / "log.csv")
-    return undertow.discover(undertow.read_inputs(path, "blueboat"))
+    return write_added(tmp_path_factory.mktemp("plots"), report=False)
 
 
 @pytest.fixture(autouse=True)
