@@ -344,6 +344,8 @@ _ACTUATOR |= {"fin"}
 _ANGLE = {"azimuth", "angle", "azimuthing", "pos"}
 """`/wamv/thrusters/left/pos` turns an azimuth thruster of VRX."""
 _ELSEWHERE = {"satellite", "sat", "gps", "gnss", "sun", "antenna", "lidar", "radar", "sonar", "camera", "gimbal"}
+_ELSEWHERE |= {"rc", "stick", "joystick", "joy", "pilot", "operator", "remote", "transmitter"}
+"""What turns beside the hull, and what a hand moves on shore: a stick steers by the thrusters, too."""
 _PLAIN = {"mode": "mode", "flight_mode": "mode", "nav_state": "mode", "waypoint": "waypoint", "wp_seq": "waypoint"}
 """Whole names of columns that count something."""
 _LEFT_OUT = {"cmd", "command", "data", "raw", "output", "value", "position", "state", "deg", "rad", *_ANGLE}
