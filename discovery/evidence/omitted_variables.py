@@ -92,17 +92,17 @@ def file_errors(search: Search, state: State, about: tuple[Linearisation, GramSc
     noise = project @ (scores.meat(chosen, search.balance.independent) * (unit[:, None] * unit)) @ project.T
     if np.trace(noise) <= _SMALL:  # nothing is left of which anything could be made
         return {}
-    noise += RIDGE * np.trace(noise) / len(own) * np.eye(len(own))
+    noise = _regular(noise)
     noise *= _excess(right @ project.T, noise)
     filed = np.array([abs(search.nominal.value(number.symbol)) for option in own for number in option.numbers])
-    best, likelihood = np.zeros_like(curve), np.inf
+    best, inverse, likelihood = np.zeros_like(curve), np.zeros_like(curve), np.inf
     for share in _SHARES.tolist():
         prior = np.diag((share * filed / unit[size:]) ** 2)
-        total = noise + curve @ prior @ curve
+        total = _regular(noise + curve @ prior @ curve)  # of a log without noise, nearly that of the prior alone
         found = float(np.linalg.slogdet(total)[1] + score @ np.linalg.solve(total, score))
         if found < likelihood:
-            best, likelihood = prior, found
-    gain = best @ curve @ np.linalg.inv(noise + curve @ best @ curve)
+            best, inverse, likelihood = prior, np.linalg.inv(total), found
+    gain = best @ curve @ inverse
     off, spread = gain @ score, best - gain @ curve @ best
     shifts = -(alike @ off) * unit[:size]
     deviations = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", alike, spread, alike), 0.0)) * unit[:size]
@@ -128,6 +128,11 @@ def _own_numbers(
             columns, *_ = scores.layout([*now, *own, option])
             own += [option] * (scores.noise_taken(columns) == 1.0)
     return own
+
+
+def _regular(covariance: Array) -> Array:
+    """A covariance whose least eigenvalues are above what rounding makes of the largest."""
+    return covariance + RIDGE * np.trace(covariance) / len(covariance) * np.eye(len(covariance))
 
 
 def _excess(scores: Array, noise: Array) -> float:

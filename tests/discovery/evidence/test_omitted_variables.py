@@ -13,6 +13,7 @@ from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.floating import Search, State
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.search.scoring import SearchSettings
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -47,6 +48,16 @@ def test_a_right_file_makes_nothing_of_a_number():
     found = file_errors(*about(motion, HULL, "surge_linear_damping"))
     assert abs(found["X_u"].shift) < 0.1
     assert found["X_u"].deviation < 0.1
+
+
+@pytest.mark.parametrize("name", ["surge_linear_damping", "munk_moment"])
+def test_of_a_straight_run_without_noise_nothing_is_made(name: str):
+    time = 0.05 * np.arange(4800)
+    thrust = np.repeat((15.0 + 10.0 * np.sin(0.1 * time))[:, None], 2, axis=1)
+    nothing = np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3))
+    motion = simulate_motion(HULL, Motion(time, *nothing, thrust, ("port", "stbd")))
+    (found,) = file_errors(*about(motion, HULL, name)).values()
+    assert found == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
 def test_a_file_that_is_off_everywhere_widens_a_number_to_its_truth():
