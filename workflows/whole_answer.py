@@ -10,7 +10,9 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
+from ..discovery.balance.shooting import TRIFLE
 from ..discovery.changed_boat import part_searched
+from ..discovery.findings import Findings
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.files import remove
 from ..physics.forces import at_beginning
@@ -29,6 +31,11 @@ from .train import BEST, NothingToLearnError, TrainRun, choice_of, train
 
 NETWORK = "network"
 """Folder of the network in that of its run."""
+_TRIFLE_IS_LEFT = (
+    "Names leave {left} of the nominal model's error of position on rows that they did not see, less than {trifle}: no "
+    "network stands beside them, for what is left of one log is not left of another; 'undertow train' with the run as "
+    "its --vehicle learns it all the same."
+)
 
 
 @showing
@@ -55,14 +62,16 @@ def with_network(
     -------
     (run, training)
         no training, and a note in the run that says why, where the corrected model leaves nothing to learn, or
-        nothing that holds on other parts
+        nothing that holds on other parts, or, for `train.BEST`, a trifle
 
     Raises
     ------
     RequestError
         as `train` does, but where it raises `NothingToLearnError`.
     """
-    found = run.discovery
+    found, left = run.discovery, names_leave(run.findings)
+    if kind == BEST and left < TRIFLE:
+        return _noting(run, _TRIFLE_IS_LEFT.format(left=percent(left), trifle=percent(TRIFLE))), None
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
     inputs = part_searched(inputs, run.findings.change)
     if found.hidden is not None:
@@ -77,6 +86,18 @@ def with_network(
     models = (*run.comparison.models, judged)
     told = _noting(run, _taken(done, VehicleModel(at_beginning(found.nominal), "nominal")))
     return replace(told, comparison=told.comparison.but(models=models)), done
+
+
+def names_leave(findings: Findings) -> float:
+    """Share that names leave of the nominal model's error of position, in rollouts over rows that they did not see.
+
+    All of it where no rollout fits into the log.
+    """
+    first, last = findings.steps[0].rollout_rmse, findings.steps[-1].rollout_rmse
+    horizon = next((h for h in ("10", "2") if h in first and h in last), None)
+    if horizon is None:
+        return 1.0
+    return last[horizon].position / max(first[horizon].position, 1e-12)
 
 
 def check_kind(kind: str) -> None:

@@ -27,7 +27,7 @@ from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import Run, write_run
 from undertow.workflows.train import NothingToLearnError, TrainRun, train, write_network
-from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, remove_network, with_network
+from undertow.workflows.whole_answer import NETWORK, check_kind, names_leave, network_of, remove_network, with_network
 
 HULL = load_vehicle("blueboat")
 LACKING = {"surge_quadratic_damping": -10.0, "sway_lift": 20.0}
@@ -78,6 +78,25 @@ def test_a_model_that_leaves_nothing_ends_with_a_line(run: Run) -> None:
     assert done is None
     assert whole.comparison.models == exact.comparison.models
     assert whole.comparison.notes[-1].startswith("Nothing is left for a network to learn beside a vehicle")
+
+
+def test_of_a_trifle_that_names_leave_the_best_network_is_none(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, *_, last = run.findings.steps
+    assert 0.03 < names_leave(run.findings) < 1.0
+    error = first.rollout("10")
+    nearly = last.but(rollout_rmse={"10": error.but(position=0.02 * error.position)})
+    little = replace(run, findings=run.findings.but(steps=(first, nearly)))
+    whole, done = with_network(little, "best", progress=None)
+    assert (done, whole.comparison.models) == (None, run.comparison.models)
+    assert whole.comparison.notes[-1].startswith("Names leave 2\N{NO-BREAK SPACE}% of the nominal model's error")
+    asked = []
+    monkeypatch.setattr(whole_answer, "train", lambda inputs, choice, **_: asked.append(choice) or tell_nothing())
+    with_network(little, "gp", progress=None)
+    assert [choice.network for choice in asked] == ["gp"], "who names a kind gets it"
+
+
+def tell_nothing() -> TrainRun:
+    raise NothingToLearnError("nothing")
 
 
 def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from undertow.discovery.balance.shooting import TRIFLE
 from undertow.physics.effects import COMMAND_OFFSET
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
@@ -14,6 +15,7 @@ from undertow.residuals.training.best_kind import best_of, candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
+from undertow.workflows.whole_answer import names_leave
 
 from .bare import EPOCHS, bare
 from .cases import Data
@@ -81,6 +83,8 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
     if whole:
         run = discover(data.run, progress=None)
         vehicle, late = run.discovery.corrected, run.findings.command_offset
+        if names_leave(run.findings) < TRIFLE:
+            return VehicleModel(vehicle, name)
     alone, changing = VehicleModel(vehicle, name), vehicle.with_values({COMMAND_OFFSET.symbol: late})
     vehicle = at_beginning(changing)
     left = measure_learnable_residual(vehicle, (data.split.train, data.split.validation))
