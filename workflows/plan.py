@@ -233,8 +233,8 @@ def plan(
     Raises
     ------
     RequestError
-        for an unknown effect, a limit that is not positive, less than 8 s, a place or heading that is none, or a folder
-        that is not a run.
+        for an unknown effect, a limit that is not positive, a time that is too short, a place or heading that is none,
+        or a folder that is not a run.
     """
     bounds = _sound(bounds or Bounds())
     if heading is not None and not isfinite(heading):
@@ -271,7 +271,7 @@ def _read_as(channel_map: PathLike | None, vehicle: Vehicle) -> tuple[dict[str, 
         entry = entries.get(thruster.channel)
         if thruster.command != "pwm" or entry is None or entry.steering is not None:
             continue
-        if (entry.scale, entry.offset) != (1.0, 0.0):
+        if abs(entry.scale) == 1.0 and (entry.scale, entry.offset) != (1.0, 0.0):  # else the log held no pulses
             found[thruster.channel] = entry.scale, entry.offset
             told.append(
                 f"Pulses of {thruster.name} are the boat's own; the vehicle's are {entry.scale:g} times {entry.source} "

@@ -344,8 +344,8 @@ _ACTUATOR |= {"fin"}
 _ANGLE = {"azimuth", "angle", "azimuthing", "pos"}
 """`/wamv/thrusters/left/pos` turns an azimuth thruster of VRX."""
 _ELSEWHERE = {"satellite", "sat", "gps", "gnss", "sun", "antenna", "lidar", "radar", "sonar", "camera", "gimbal"}
-_ELSEWHERE |= {"rc", "stick", "joystick", "joy", "pilot", "operator", "remote", "transmitter"}
-"""What turns beside the hull, and what a hand moves on shore: a stick steers by the thrusters, too."""
+_STICK = {"rc", "stick", "joystick", "joy", "pilot", "operator", "remote", "transmitter"}
+"""In the name of a field, what a hand moves on shore: it steers by the thrusters, too."""
 _PLAIN = {"mode": "mode", "flight_mode": "mode", "nav_state": "mode", "waypoint": "waypoint", "wp_seq": "waypoint"}
 """Whole names of columns that count something."""
 _LEFT_OUT = {"cmd", "command", "data", "raw", "output", "value", "position", "state", "deg", "rad", *_ANGLE}
@@ -369,7 +369,9 @@ def auxiliary_of(name: Name) -> tuple[str, float] | None:
         return _PLAIN[name.field.lower()], 1.0
     words = [word for word in re.split(r"[^a-z0-9]+", re.sub(r"([a-z])([A-Z])", r"\1_\2", name.name).lower()) if word]
     role = _by_words(words)
-    return None if role is None else (role, 1.0)
+    if role is None or (role.startswith("steering") and set(re.split(r"[^a-z]+", name.field.lower())) & _STICK):
+        return None
+    return role, 1.0
 
 
 def _by_words(words: list[str]) -> str | None:

@@ -379,7 +379,11 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
         doubt = _chance(findings, comparison, best.model)
         other = models.get(CORRECTED, float("nan"))
-        by_speeds = f"; its speeds decide, for model.yaml reaches {number(other, 2)} {unit}" * (other < own)
+        reaches = f"model.yaml reaches {number(other, 2)} {unit}"
+        by_chance = f"; {reaches}, which may be chance"
+        by_speeds = (by_chance if best.grounds is Grounds.CHANCE else f"; its speeds decide, for {reaches}") * (
+            other < own
+        )
         return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}{by_speeds}."
     after = models.get(CORRECTED, float("nan"))
     beside = ""

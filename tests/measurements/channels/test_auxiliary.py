@@ -37,6 +37,11 @@ def test_other_columns_have_none(column: str):
     assert auxiliary_of(Name("", column)) is None
 
 
+def test_a_namespace_of_a_remote_boat_is_no_stick():
+    assert auxiliary_of(Name("/rc_boat", "rudder_angle")) is not None
+    assert auxiliary_of(Name("/rc_boat/battery", "voltage")) == ("battery_voltage", 1.0)
+
+
 def test_ros_messages_are_known_by_their_type():
     assert auxiliary_of(Name("/battery", "current", "sensor_msgs/msg/BatteryState")) == ("battery_current", -1.0)
     assert auxiliary_of(Name("/wamv/thrusters/left/pos", "data", "std_msgs/msg/Float64")) == ("steering_port", 1.0)
