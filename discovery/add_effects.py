@@ -108,7 +108,7 @@ def add_effects(
         rolls=basis.uses_rollouts,
         several=rollouts_of_several_logs(form),
     )
-    claimed = gather_claims(added, search.pool, nominal, told, tests, kept)
+    claimed = gather_claims(added, search.pool, nominal, told, tests, kept, fitted.intervals)
     before = [one for one in searched.candidates if one.key in kept] if searched else []
     asked = {e.key: _COULD_NOT if e.cannot_tell else _FOUND[e.verdict] for e in before if e.verdict in _FOUND}
     sure = {e.key: e.confidence for e in before if e.verdict not in _FOUND}  # adding them again makes none surer

@@ -16,7 +16,7 @@ from ..measurements.prepared_logs import ALL, INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.stage import Say, Stage
-from ..physics.vehicle import load_vehicle
+from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, paced, showing
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.scores import HORIZONS, evaluate
@@ -162,7 +162,8 @@ def _compared(
     if rows != "test":  # a network of the run was trained on most of them
         fitted |= {model.name for model in middle if model.kind == "hybrid"}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
-    own, guesses = ([one for one in judged if (one.model.kind == BASELINE) is baseline] for baseline in (False, True))
+    own = [one for one in judged if isinstance(one.model, VehicleModel) and _driven_alike(one.model, inputs.vehicle)]
+    guesses = [one for one in judged if one.model.kind == BASELINE]
     done = done.but(warnings=still_unproven(inputs.warnings, own, guesses))
     best = done.best
     if best.model in fitted:
@@ -171,6 +172,12 @@ def _compared(
         )
         done = done.but(best=best.but(sentence=f"{no_test} {best.sentence}"))
     return done, inputs, ends(found, best.model)
+
+
+def _driven_alike(model: VehicleModel, vehicle: Vehicle) -> bool:
+    """True for a model whose thrusters stand and push where those of a vehicle file do."""
+    places = ([(t.x, t.y, t.angle) for t in one.thrusters] for one in (model.vehicle, vehicle))
+    return next(places) == next(places)
 
 
 def _found_in_water(path: PathLike) -> bool:
