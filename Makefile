@@ -69,7 +69,7 @@ docs: $(SITE)
 	@echo "build/site/index.html"
 
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
-# Of pip the newest, first: what Debian's needs for all packages, it needs half of.
+# The pinned pip first: that of Debian takes twice as long for the rest.
 # .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
 $(VENV): pyproject.toml constraints.txt
 	@rm -f $@

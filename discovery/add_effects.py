@@ -17,7 +17,7 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import rollouts_contradict
 from .basis import Basis, DiscoverySettings
 from .calibration.before_calibration import with_calibration
-from .candidates.candidate import CALIBRATED, remaining_candidates
+from .candidates.candidate import CALIBRATED, Candidate, remaining_candidates
 from .claims import Tests, gather_claims, widen_intervals
 from .discover import Discovery
 from .effect_findings import Folds
@@ -30,7 +30,7 @@ from .lawful.refit import Passivity
 from .search.estimation import Interval
 from .search.floating import Search
 from .search.rival_explanations import all_thrusters
-from .selection import disagreements
+from .selection import disagreements, limit_surge_added_mass
 from .sequential_fit import Fitted, Ordered, basis_for, fit_named, own_numbers
 from .verdicts import VerdictInputs, conclude
 
@@ -86,7 +86,7 @@ def add_effects(
         unsure = [c.key for c in searched.added if c.verdict != "missing"]
         findings = searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
         return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
-    every = _with_rivals(basis, fitted)
+    every = _with_rivals(basis, fitted, basis.pool if free is None else free.pool)
     among = every.evaluate(state.vehicle, state.active)
     evidence = assess_candidates(every, among, settings.seed)
     if basis.uses_rollouts:
@@ -131,12 +131,13 @@ def add_effects(
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
 
 
-def _with_rivals(basis: Basis, fitted: Fitted) -> Search:
-    """The search of what was added, with every effect that may do as well in its place."""
+def _with_rivals(basis: Basis, fitted: Fitted, pool: Sequence[Candidate]) -> Search:
+    """The search of what was added, with every effect of a pool that may do as well in its place."""
     search = fitted.search
     freed = [symbol for candidate in search.pool if candidate.nuisance for symbol in candidate.symbols]
     known = {candidate.key for candidate in search.pool}
-    others = [c for c in remaining_candidates(basis.pool, freed) if c.key not in known and basis.judges(c)]
+    pool = limit_surge_added_mass(pool, basis.nominal) if basis.uses_rollouts else pool
+    others = [c for c in remaining_candidates(pool, freed) if c.key not in known and basis.judges(c)]
     return Search(search.balance, search.nominal, (*search.pool, *others), search.settings)
 
 

@@ -266,6 +266,7 @@ def assess(
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, fails, notes=notes, band=band)
+    compared = compared.but(warnings=still_unproven(inputs.warnings, [corrected], baselines))
     data = LogFacts(
         rows=sum(part.rows for part in _weak(inputs)),
         seconds=sum(part.seconds for part in _weak(inputs)),
@@ -287,7 +288,7 @@ def assess(
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
         headline=f"From a broken log: {headline}" if inputs.broken else headline,
-        warnings=still_unproven(inputs.warnings, [corrected], baselines),
+        warnings=compared.warnings,
         sensors=sensors,
     )
     fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)

@@ -69,8 +69,8 @@ def with_network(
     RequestError
         as `train` does, but where it raises `NothingToLearnError`.
     """
-    found, left = run.discovery, names_leave(run.findings)
-    if kind == BEST and left < TRIFLE:
+    found = run.discovery
+    if kind == BEST and (left := names_leave(run.findings)) < TRIFLE:
         return _noting(run, _TRIFLE_IS_LEFT.format(left=percent(left), trifle=percent(TRIFLE))), None
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
     inputs = part_searched(inputs, run.findings.change)

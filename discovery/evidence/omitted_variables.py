@@ -83,9 +83,7 @@ def file_errors(search: Search, state: State, about: tuple[Linearisation, GramSc
     unit = 1.0 / np.sqrt(np.maximum(np.diag(left.sum(axis=0)), _SMALL))
     left, right = left * (unit[:, None] * unit), right * unit
     normal = left.sum(axis=0)
-    inside = np.linalg.solve(normal[:size, :size] + RIDGE * np.eye(size), normal[:size])
-    among, alike = inside[:, :size], inside[:, size:]
-    assert among.shape == (size, size)
+    alike = np.linalg.solve(normal[:size, :size] + RIDGE * np.eye(size), normal[:size, size:])
     project = np.hstack([-alike.T, np.eye(len(own))])
     curve = project @ normal[:, size:]
     score = project @ right.sum(axis=0)

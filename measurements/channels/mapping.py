@@ -367,22 +367,24 @@ def auxiliary_of(name: Name) -> tuple[str, float] | None:
         return known
     if not name.topic and name.field.lower() in _PLAIN:
         return _PLAIN[name.field.lower()], 1.0
-    words = [word for word in re.split(r"[^a-z0-9]+", re.sub(r"([a-z])([A-Z])", r"\1_\2", name.name).lower()) if word]
-    role = _by_words(words)
-    if role is None or (role.startswith("steering") and set(re.split(r"[^a-z]+", name.field.lower())) & _STICK):
-        return None
-    return role, 1.0
+    role = _by_words(_words(name.name), moved_on_shore=bool(_STICK & {*_words(name.field)}))
+    return None if role is None else (role, 1.0)
 
 
-def _by_words(words: list[str]) -> str | None:
-    """What the words of a name say together."""
+def _words(name: str) -> list[str]:
+    """The words of a name, in small letters."""
+    return [word for word in re.split(r"[^a-z0-9]+", re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower()) if word]
+
+
+def _by_words(words: list[str], *, moved_on_shore: bool) -> str | None:
+    """What the words of a name say together; what steers on shore is nothing of the boat."""
     has = set(words)
     if has & _ELSEWHERE:
         return None
     if has & _BATTERY and has & (_VOLTAGE | _CURRENT):
         return "battery_voltage" if has & _VOLTAGE else "battery_current"
     if has & _STEER or (has & _ACTUATOR and has & _ANGLE):
-        return _which("steering", words, {"steer", "steering"})
+        return None if moved_on_shore else _which("steering", words, {"steer", "steering"})
     if "rpm" in has:
         return _which("rpm", words, {"rpm"})
     return _which("motor_current", words, _CURRENT | {"motor"}) if has & _CURRENT and has & _ACTUATOR else None

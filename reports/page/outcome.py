@@ -1,6 +1,7 @@
 """The first lines of a run, from typed facts: the verdict, what it did to the error, and what it leaves open."""
 
 import re
+import shlex
 from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
@@ -378,13 +379,12 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
         doubt = _chance(findings, comparison, best.model)
-        other = models.get(CORRECTED, float("nan"))
-        reaches = f"model.yaml reaches {number(other, 2)} {unit}"
-        by_chance = f"; {reaches}, which may be chance"
-        by_speeds = (by_chance if best.grounds is Grounds.CHANCE else f"; its speeds decide, for {reaches}") * (
-            other < own
-        )
-        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}{by_speeds}."
+        other, beside = models.get(CORRECTED, float("nan")), ""
+        if other < own:
+            reaches = f"model.yaml reaches {number(other, 2)} {unit}"
+            by_chance = best.grounds is Grounds.CHANCE
+            beside = f"; {reaches}, which may be chance" if by_chance else f"; its speeds decide, for {reaches}"
+        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}{beside}."
     after = models.get(CORRECTED, float("nan"))
     beside = ""
     if len(steps) > 1 and isfinite(after):
@@ -478,7 +478,7 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
         if advice.manoeuvre == BY_OTHER_MEANS:
             return f"{advice.manoeuvre}{why}."
-        asked = " ".join(("undertow plan RUN", *advice.effects))
+        asked = shlex.join(("undertow", "plan", "RUN", *advice.effects))
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}. '{asked}' makes a mission of the shortest."
     added = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
     wrong = [(one.symbol, one.filed(), one.amount()) for one in added]

@@ -8,7 +8,8 @@ from verbs import call, done
 
 import undertow
 from undertow.discovery.experiment import optimal_manoeuvre
-from undertow.workflows.plan import own_mission
+from undertow.physics.vehicle import load_vehicle
+from undertow.workflows.plan import _read_as, own_mission
 
 PAIR = ("surge_quadratic_damping", "surge_linear_damping")
 FILES = {"mission.csv", "mission.json", "mission.lua", "mission.waypoints", "mission_node.py"}
@@ -115,3 +116,18 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path):
     result = call("plan", tmp_path)
     assert result.exit_code == 2
     assert "is not a run folder" in " ".join(result.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "sent"),
+    [
+        ("{from: pwm_1, scale: -1, offset: 3020}", {"pwm_port": (-1.0, 3020.0)}),
+        ("{from: throttle_port, scale: 500, offset: 1500}", {}),
+        ("{from: throttle_port, scale: 0, offset: 1500}", {}),
+    ],
+)
+def test_a_share_that_became_a_pulse_is_not_sent_to_a_servo(
+    line: str, sent: dict[str, tuple[float, float]], tmp_path: Path
+):
+    (tmp_path / "map.yaml").write_text(f"pwm_port: {line}\n")
+    assert _read_as(tmp_path / "map.yaml", load_vehicle("blueboat_paper"))[0] == sent

@@ -24,7 +24,7 @@ NAMES = {
     "mode": "mode",
 }
 OTHERS = ("gps_satellite_azimuth", "sun_azimuth", "antenna_angle", "pwm_port", "current_speed", "heading", "u", "model")
-OTHERS += ("rc_steer", "joystick_rudder", "pilot_helm")
+OTHERS += ("rc_steer", "joystickRudder", "pilot_helm")
 
 
 @pytest.mark.parametrize("column", NAMES)
